@@ -1,0 +1,12 @@
+#pragma once
+
+#include <memory>
+
+#include "core/backend.h"
+
+namespace raylign {
+
+/// The oracle: double, scalar, one thread, written to be read. Every other engine is checked against it.
+[[nodiscard]] std::unique_ptr<Backend> make_reference_backend();
+
+}  // namespace raylign

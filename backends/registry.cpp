@@ -1,0 +1,75 @@
+#include "backends/registry.h"
+
+#include <functional>
+
+#include "backends/reference/reference_backend.h"
+#include "core/error.h"
+#ifdef RAYLIGN_WITH_CPU
+#include "backends/cpu/cpu_backend.h"
+#endif
+
+namespace raylign {
+namespace {
+
+struct Entry {
+    std::string name;
+    std::string summary;
+    bool automatic;  ///< may "auto" take it?
+    std::function<std::unique_ptr<Backend>(const BackendOptions&)> create;  ///< throws Error(unavailable) where it cannot run
+};
+
+/// Best first.
+std::vector<Entry> entries() {
+    std::vector<Entry> list;
+#ifdef RAYLIGN_WITH_CPU
+    list.push_back({"cpu", "multithreaded SIMD ray casting (TBB + xsimd)", true, [](const BackendOptions& options) {
+                        return make_cpu_backend({options.threads, options.instruction_set});
+                    }});
+#endif
+    list.push_back({"reference", "scalar, double, one thread: the oracle", false,
+                    [](const BackendOptions&) { return make_reference_backend(); }});
+    return list;
+}
+
+}  // namespace
+
+std::vector<std::string> backend_names() {
+    std::vector<std::string> names;
+    for (const Entry& entry : entries()) names.push_back(entry.name);
+    return names;
+}
+
+std::vector<BackendStatus> backend_statuses() {
+    std::vector<BackendStatus> list;
+    for (const Entry& entry : entries()) {
+        list.push_back({entry.name, entry.summary, true, ""});
+        try {
+            (void)entry.create({});
+        } catch (const Error& error) {
+            list.back().available = false;
+            list.back().reason = error.what();
+        }
+    }
+    return list;
+}
+
+BackendChoice create_backend(std::string_view name, const BackendOptions& options) {
+    BackendChoice choice;
+    std::string valid = "auto";
+    for (const Entry& entry : entries()) {
+        valid += ", " + entry.name;
+        if (name == entry.name) return {entry.create(options), {}};
+        if (name != "auto" || !entry.automatic) continue;
+        try {
+            choice.backend = entry.create(options);
+            return choice;
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::unavailable) throw;
+            choice.passed_over.push_back({entry.name, entry.summary, false, error.what()});
+        }
+    }
+    if (name == "auto") throw Error("no backend can run here; see `raylign info`", ErrorKind::unavailable);
+    throw bad_value("backend", name, "one of " + valid);
+}
+
+}  // namespace raylign

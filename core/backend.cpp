@@ -1,0 +1,122 @@
+#include "core/backend.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace raylign {
+namespace {
+
+std::string text(const Eigen::Vector3d& v) {
+    return std::to_string(v.x()) + " " + std::to_string(v.y()) + " " + std::to_string(v.z());
+}
+
+void check_grid(const VoxelGrid& grid, std::string_view where) {
+    if (grid.size.minCoeff() < 1) {
+        throw bad_value("volume size", text(grid.size.cast<double>()), "at least 1 voxel per axis", where);
+    }
+    if (!grid.spacing_mm.allFinite() || grid.spacing_mm.minCoeff() <= 0) {
+        throw bad_value("volume spacing", text(grid.spacing_mm) + " mm", "positive and finite", where);
+    }
+    if (!grid.origin_mm.allFinite()) throw bad_value("volume origin", text(grid.origin_mm), "finite", where);
+    const Eigen::Matrix3d product = grid.direction.transpose() * grid.direction;
+    if (!((product - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-4)) {
+        throw bad_value("volume direction", text(product.diagonal()) + " (squared column lengths)",
+                        "orthonormal columns within 1e-4", where);
+    }
+}
+
+}  // namespace
+
+std::string_view projector_name(Projector projector) {
+    return projector == Projector::joseph ? "joseph" : "trilinear";
+}
+
+Projector projector_from_name(std::string_view name) {
+    if (name == "joseph") return Projector::joseph;
+    if (name == "trilinear") return Projector::trilinear;
+    throw bad_value("projector", name, "joseph or trilinear");
+}
+
+double trilinear_step_mm(const RenderSettings& settings, const VoxelGrid& grid) {
+    return settings.step_mm > 0 ? settings.step_mm : grid.spacing_mm.minCoeff() / 2;
+}
+
+void check_volume(const Volume& volume, std::string_view where) {
+    check_grid(volume.grid, where);
+    const auto voxels = static_cast<std::size_t>(volume.grid.voxel_count());
+    if (volume.attenuation_per_mm.size() != voxels) {
+        throw bad_value("voxel count", std::to_string(volume.attenuation_per_mm.size()),
+                        std::to_string(voxels) + " as its size says", where);
+    }
+    for (std::size_t i = 0; i < voxels; ++i) {
+        if (std::isfinite(volume.attenuation_per_mm[i])) continue;
+        const std::size_t nx = volume.grid.size.x(), ny = volume.grid.size.y();
+        const std::string voxel = "voxel (" + std::to_string(i % nx) + ", " + std::to_string(i / nx % ny) + ", " +
+                                  std::to_string(i / nx / ny) + ")";
+        throw bad_value(voxel, std::to_string(volume.attenuation_per_mm[i]), "finite", where);
+    }
+}
+
+void check_scene(const Scene& scene) {
+    check_volume(scene.volume, "the volume");
+    if (scene.views.empty()) throw Error("views: at least one is needed");
+    for (const View& view : scene.views) check_camera(view.geometry.camera, "view " + view.name);
+    if (!(scene.render.step_mm >= 0 && scene.render.step_mm <= 100)) {
+        throw bad_value("step_mm", std::to_string(scene.render.step_mm), "in (0, 100], or 0 for half a voxel");
+    }
+}
+
+Session::Session(const Scene& scene) : grid_(scene.volume.grid), channel_count_(raylign::channel_count(scene.similarity.metric)) {
+    check_scene(scene);
+    for (const View& view : scene.views) views_.push_back(view.geometry);
+    for (const View& view : scene.views) {
+        if (view.image.empty()) {  // drr and study simulate images: no costs without all of them
+            fixed_.clear();
+            break;
+        }
+        fixed_.push_back(make_fixed_channels(view, scene.similarity));
+    }
+}
+
+std::vector<RayFrame> Session::frames_for(std::span<const RigidTransform> world_from_ct) const {
+    for (std::size_t i = 0; i < world_from_ct.size(); ++i) {
+        // Engines turn NaN coordinates into plausible numbers (comparisons fail, clamps hold): stop them here.
+        if (!is_finite(world_from_ct[i])) throw Error("pose " + std::to_string(i) + ": must be finite");
+    }
+    return make_ray_frames(grid_, views_, world_from_ct);
+}
+
+std::vector<MomentSums> Session::moment_sums(std::span<const RigidTransform> world_from_ct) {
+    if (fixed_.empty()) throw Error("evaluate: every view needs an image");
+    const std::vector<RayFrame> frames = frames_for(world_from_ct);
+    std::vector<MomentSums> sums(frames.size() * channel_count_);
+    if (!frames.empty()) accumulate(frames, sums);
+    counters_.evaluations += world_from_ct.size();
+    return sums;
+}
+
+void Session::evaluate(std::span<const RigidTransform> world_from_ct, std::span<double> costs) {
+    if (costs.size() != world_from_ct.size()) {
+        throw bad_value("number of costs", std::to_string(costs.size()),
+                        std::to_string(world_from_ct.size()) + ", the number of poses");
+    }
+    const std::vector<MomentSums> sums = moment_sums(world_from_ct);
+    std::span<const MomentSums> rest = sums;
+    for (double& cost : costs) {
+        cost = 0;
+        for (std::size_t view = 0; view < view_count(); ++view, rest = rest.subspan(channel_count_)) {
+            cost += view_cost(rest.first(channel_count_)) / static_cast<double>(view_count());
+        }
+    }
+}
+
+Image Session::render(const RigidTransform& world_from_ct, std::size_t view) {
+    if (view >= view_count()) {
+        throw bad_value("view", std::to_string(view), "below " + std::to_string(view_count()));
+    }
+    return render_frame(frames_for({&world_from_ct, 1})[view]);
+}
+
+}  // namespace raylign

@@ -1,0 +1,36 @@
+#include "core/geometry/ray_frame.h"
+
+#include <Eigen/Dense>
+#include <limits>
+
+namespace raylign {
+
+RayFrame make_ray_frame(const VoxelGrid& grid, const ViewGeometry& view, const RigidTransform& world_from_ct) {
+    const RigidTransform ct_from_camera = inverse(view.camera_from_world * world_from_ct);
+    const Eigen::Matrix3d voxel_from_ct = grid.spacing_mm.cwiseInverse().asDiagonal() * grid.direction.transpose();
+    const Eigen::Matrix3d voxel_from_pixel =
+        voxel_from_ct * ct_from_camera.rotation * view.camera.intrinsics_px.inverse();
+    return {.source_voxel = grid.voxel_from_ct(ct_from_camera.translation_mm),
+            .direction_voxel = voxel_from_pixel.col(2),
+            .step_u_voxel = voxel_from_pixel.col(0),
+            .step_v_voxel = voxel_from_pixel.col(1),
+            .depth_max_mm = view.camera.sdd_mm.value_or(std::numeric_limits<double>::infinity()),
+            .view = 0,
+            .pose = 0};
+}
+
+std::vector<RayFrame> make_ray_frames(const VoxelGrid& grid, std::span<const ViewGeometry> views,
+                                      std::span<const RigidTransform> world_from_ct) {
+    std::vector<RayFrame> frames;
+    frames.reserve(views.size() * world_from_ct.size());
+    for (std::size_t pose = 0; pose < world_from_ct.size(); ++pose) {
+        for (std::size_t view = 0; view < views.size(); ++view) {
+            frames.push_back(make_ray_frame(grid, views[view], world_from_ct[pose]));
+            frames.back().view = static_cast<std::uint32_t>(view);
+            frames.back().pose = static_cast<std::uint32_t>(pose);
+        }
+    }
+    return frames;
+}
+
+}  // namespace raylign

@@ -1,0 +1,63 @@
+#include "core/image/pyramid.h"
+
+#include <algorithm>
+
+namespace raylign {
+namespace {
+
+/// Mean of the (up to) 2x2x2 fine voxels under a coarse voxel; missing ones count as zero.
+float mean_of_block(const Volume& fine, const Eigen::Vector3i& coarse, const Eigen::Vector3i& factor) {
+    double sum = 0;
+    const Eigen::Vector3i begin = coarse.cwiseProduct(factor);
+    const Eigen::Vector3i end = (begin + factor).cwiseMin(fine.grid.size);
+    for (int z = begin.z(); z < end.z(); ++z) {
+        for (int y = begin.y(); y < end.y(); ++y) {
+            for (int x = begin.x(); x < end.x(); ++x) sum += fine(x, y, z);
+        }
+    }
+    return static_cast<float>(sum / factor.prod());
+}
+
+}  // namespace
+
+Volume half_resolution(const Volume& volume) {
+    Eigen::Vector3i factor;
+    for (int axis = 0; axis < 3; ++axis) factor[axis] = volume.grid.size[axis] > 1 ? 2 : 1;
+    Volume half;
+    half.grid = volume.grid;
+    half.grid.size = (volume.grid.size + factor - Eigen::Vector3i::Ones()).cwiseQuotient(factor);
+    half.grid.spacing_mm = volume.grid.spacing_mm.cwiseProduct(factor.cast<double>());
+    half.grid.origin_mm = volume.grid.ct_from_voxel((factor.cast<double>() - Eigen::Vector3d::Ones()) / 2);
+    half.attenuation_per_mm.resize(static_cast<std::size_t>(half.grid.voxel_count()));
+    for (int z = 0; z < half.grid.size.z(); ++z) {
+        for (int y = 0; y < half.grid.size.y(); ++y) {
+            for (int x = 0; x < half.grid.size.x(); ++x) {
+                half.attenuation_per_mm[half.index(x, y, z)] = mean_of_block(volume, {x, y, z}, factor);
+            }
+        }
+    }
+    return half;
+}
+
+View half_resolution(const View& view) {
+    View half{view.name, {half_resolution(view.geometry.camera), view.geometry.camera_from_world}, {}, {}};
+    const int width = half.geometry.camera.size_px.x(), height = half.geometry.camera.size_px.y();
+    if (!view.image.empty()) half.image = Image(width, height);
+    if (!view.weights.empty()) half.weights = Image(width, height);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            double weight_sum = 0, value_sum = 0;
+            for (int k = 0; k < 4; ++k) {
+                const int fx = 2 * x + k % 2, fy = 2 * y + k / 2;
+                const double weight = view.weights.empty() ? 1 : view.weights(fx, fy);
+                weight_sum += weight;
+                if (!view.image.empty()) value_sum += weight * view.image(fx, fy);
+            }
+            if (!half.image.empty()) half.image(x, y) = static_cast<float>(weight_sum > 0 ? value_sum / weight_sum : 0);
+            if (!half.weights.empty()) half.weights(x, y) = static_cast<float>(weight_sum / 4);
+        }
+    }
+    return half;
+}
+
+}  // namespace raylign

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "core/geometry/camera.h"
+#include "core/image/image.h"
+
+namespace raylign {
+
+/// One X-ray and its geometry.
+struct View {
+    std::string name;
+    ViewGeometry geometry;
+    Image image;    ///< line integrals (denser = larger); empty where there is none yet (drr, study)
+    Image weights;  ///< 0 = ignore this pixel, 1 = use it; empty = all ones
+};
+
+}  // namespace raylign
