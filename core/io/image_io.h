@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/image/image.h"
+#include "core/image/intensity.h"
+
+namespace raylign {
+
+/// Reads a single-channel 2-D image: TIFF, PNG, MHA/MHD, NRRD or DICOM.
+[[nodiscard]] RawXray read_xray(const std::filesystem::path& path);
+
+/// Float32 image (TIFF, MHA or NRRD by the extension), to a temporary name first.
+void write_image(const std::filesystem::path& path, const Image& image);
+
+struct RgbImage {
+    int width = 0, height = 0;
+    std::vector<std::array<std::uint8_t, 3>> pixels;  ///< row-major, row 0 on top
+};
+void write_png(const std::filesystem::path& path, const RgbImage& image);
+
+}  // namespace raylign

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raylign {
+
+/// Files of one run, staged in a hidden folder inside the output folder and moved into place together by commit().
+/// Destroyed without commit (an error, Ctrl-C) it removes the staging folder: nothing old is lost, nothing half written.
+class OutputFolder {
+public:
+    /// Makes `folder` if missing. Throws Error where it cannot be made or written (named, with the system's reason).
+    explicit OutputFolder(const std::filesystem::path& folder);
+    ~OutputFolder();
+    OutputFolder(const OutputFolder&) = delete;
+    OutputFolder& operator=(const OutputFolder&) = delete;
+
+    /// Where to write `name` before commit.
+    [[nodiscard]] std::filesystem::path stage(std::string_view name);
+    /// Moves every staged file to its name in the folder, replacing older ones.
+    void commit();
+
+private:
+    std::filesystem::path folder_, staging_;
+    std::vector<std::string> names_;
+    bool committed_ = false, made_folder_ = false;
+};
+
+/// Writes a text file through a temporary name in the same folder. Throws Error with the system's reason.
+void write_text(const std::filesystem::path& path, std::string_view text);
+
+/// SHA-256 of a file's bytes, lower-case hex.
+[[nodiscard]] std::string sha256_of_file(const std::filesystem::path& path);
+
+}  // namespace raylign
