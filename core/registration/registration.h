@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "core/backend.h"
+#include "core/optimize/steepest_descent.h"
 
 namespace raylign {
 
@@ -37,9 +37,6 @@ struct IterationRecord {
     double step_mm = 0;  ///< how far the step moved the object's rim
     RigidTransform world_from_ct;
 };
-
-enum class Termination { converged, max_iterations, no_progress, non_finite_cost };
-[[nodiscard]] std::string_view termination_name(Termination termination);
 
 struct LevelReport {
     Eigen::Vector3i volume_size = Eigen::Vector3i::Zero();

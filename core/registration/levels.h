@@ -1,0 +1,28 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/image/gradient_filter.h"
+#include "core/image/view.h"
+#include "core/image/volume.h"
+#include "core/registration/pose_space.h"
+
+namespace raylign {
+
+/// One resolution of the pyramid: how often volume and images are halved, and the filter that goes with it.
+struct LevelPlan {
+    int volume_halvings = 0;
+    std::vector<int> image_halvings;  ///< per view
+    GradientFilter filter;
+    double pixel_at_object_mm = 0;  ///< the finest over views: the level's unit of length
+};
+
+/// The levels, coarsest first. Each view's finest level is the first whose pixel, projected to the object, is at least half a
+/// voxel wide (finer pixels hold nothing that the CT could explain); each coarser one halves it, down to images whose smaller
+/// side is at least 32 px, or `levels` in number. The volume is halved until its voxel fits the pixel.
+[[nodiscard]] std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
+                                                 const RigidTransform& world_from_ct, const ObjectExtent& extent,
+                                                 const GradientFilter& finest_filter, int levels);
+
+}  // namespace raylign

@@ -1,0 +1,46 @@
+#include "core/registration/pose_space.h"
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace raylign {
+
+ObjectExtent object_extent(const Volume& volume) {
+    double mass = 0;
+    Eigen::Vector3d first = Eigen::Vector3d::Zero(), second = Eigen::Vector3d::Zero();
+    const Eigen::Vector3i& n = volume.grid.size;
+    for (int z = 0; z < n.z(); ++z) {
+        for (int y = 0; y < n.y(); ++y) {
+            // Per row first: a sum of positions over 10^8 voxels would lose digits.
+            double row_mass = 0, row_first = 0, row_second = 0;
+            for (int x = 0; x < n.x(); ++x) {
+                const double value = std::abs(volume(x, y, z));
+                row_mass += value;
+                row_first += value * x;
+                row_second += value * x * x;
+            }
+            mass += row_mass;
+            first += Eigen::Vector3d(row_first, row_mass * y, row_mass * z);
+            second += Eigen::Vector3d(row_second, row_mass * y * y, row_mass * z * z);
+        }
+    }
+    if (!(mass > 0)) throw Error("the volume is empty: no voxel attenuates (wrong preset or --attenuation missing?)");
+    const Eigen::Vector3d centre = first / mass;
+    // Half a voxel of its own keeps the radius of a single voxel positive.
+    const Eigen::Vector3d variance = second / mass - centre.cwiseAbs2() + Eigen::Vector3d::Constant(1.0 / 12);
+    const double mean_square_mm2 = variance.dot(volume.grid.spacing_mm.cwiseAbs2());
+    return {volume.grid.ct_from_voxel(centre), std::sqrt(5.0 / 3 * mean_square_mm2)};
+}
+
+PoseSpace make_pose_space(const RigidTransform& base_world_from_ct, const ObjectExtent& extent) {
+    return {base_world_from_ct, base_world_from_ct * extent.centre_ct_mm, extent.radius_mm};
+}
+
+RigidTransform PoseSpace::pose(const Eigen::VectorXd& x) const {
+    Twist twist;
+    twist << x.head<3>() / radius_mm, x.tail<3>();
+    return exp_about(twist, centre_world_mm) * base_world_from_ct;
+}
+
+}  // namespace raylign
