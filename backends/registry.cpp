@@ -16,15 +16,20 @@ struct Entry {
     std::string summary;
     bool automatic;  ///< may "auto" take it?
     std::function<std::unique_ptr<Backend>(const BackendOptions&)> create;  ///< throws Error(unavailable) where it cannot run
+    std::vector<InstructionSet> instruction_sets = {};
 };
 
 /// Best first.
 std::vector<Entry> entries() {
     std::vector<Entry> list;
 #ifdef RAYLIGN_WITH_CPU
-    list.push_back({"cpu", "multithreaded SIMD ray casting (TBB + xsimd)", true, [](const BackendOptions& options) {
+    std::vector<InstructionSet> sets;
+    for (const InstructionSetStatus& set : cpu_instruction_sets()) sets.push_back({set.name, set.available});
+    list.push_back({"cpu", "multithreaded SIMD ray casting (TBB + xsimd)", true,
+                    [](const BackendOptions& options) {
                         return make_cpu_backend({options.threads, options.instruction_set});
-                    }});
+                    },
+                    sets});
 #endif
     list.push_back({"reference", "scalar, double, one thread: the oracle", false,
                     [](const BackendOptions&) { return make_reference_backend(); }});
@@ -42,13 +47,17 @@ std::vector<std::string> backend_names() {
 std::vector<BackendStatus> backend_statuses() {
     std::vector<BackendStatus> list;
     for (const Entry& entry : entries()) {
-        list.push_back({entry.name, entry.summary, true, ""});
+        BackendStatus status;
+        status.name = entry.name;
+        status.summary = entry.summary;
+        status.instruction_sets = entry.instruction_sets;
         try {
-            (void)entry.create({});
+            status.info = entry.create({})->info();
+            status.available = true;
         } catch (const Error& error) {
-            list.back().available = false;
-            list.back().reason = error.what();
+            status.reason = error.what();
         }
+        list.push_back(std::move(status));
     }
     return list;
 }

@@ -16,12 +16,20 @@ struct BackendOptions {
     std::string device;           ///< gl: index or part of the renderer's name
 };
 
+/// Instruction set that a backend of this build has kernels for, and whether this processor has it.
+struct InstructionSet {
+    std::string name;
+    bool available = false;
+};
+
 /// A backend in the list and whether it can run here.
 struct BackendStatus {
     std::string name;
     std::string summary;
     bool available = false;
-    std::string reason;  ///< why it cannot run; empty if it can
+    std::string reason;                                 ///< why it cannot run; empty if it can
+    BackendInfo info = {};                              ///< with default options, if it can run
+    std::vector<InstructionSet> instruction_sets = {};  ///< of a CPU engine, best first
 };
 
 /// All backends of this build, best first; "reference" last.

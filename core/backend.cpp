@@ -97,6 +97,10 @@ std::vector<MomentSums> Session::moment_sums(std::span<const RigidTransform> wor
     return sums;
 }
 
+void Session::accumulate(std::span<const RayFrame>, std::span<const RayFrameDerivatives>, std::span<JacobianSums>) {
+    throw Error("this backend has no analytic derivatives", ErrorKind::unavailable);
+}
+
 void Session::evaluate(std::span<const RigidTransform> world_from_ct, std::span<double> costs) {
     if (costs.size() != world_from_ct.size()) {
         throw bad_value("number of costs", std::to_string(costs.size()),
@@ -109,6 +113,35 @@ void Session::evaluate(std::span<const RigidTransform> world_from_ct, std::span<
         for (std::size_t view = 0; view < view_count(); ++view, rest = rest.subspan(channel_count_)) {
             cost += view_cost(rest.first(channel_count_)) / static_cast<double>(view_count());
         }
+    }
+}
+
+void Session::linearize(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
+                        std::span<Linearization> results) {
+    if (results.size() != world_from_ct.size()) {
+        throw bad_value("number of results", std::to_string(results.size()),
+                        std::to_string(world_from_ct.size()) + ", the number of poses");
+    }
+    if (fixed_.empty()) throw Error("linearize: every view needs an image");
+    const std::vector<RayFrame> frames = frames_for(world_from_ct);
+    std::vector<RayFrameDerivatives> derivatives;
+    derivatives.reserve(frames.size());
+    for (const RigidTransform& pose : world_from_ct) {
+        for (const ViewGeometry& view : views_) {
+            derivatives.push_back(make_ray_frame_derivatives(grid_, view, pose, pose * centre_ct_mm));
+        }
+    }
+    std::vector<JacobianSums> sums(frames.size() * channel_count_);
+    if (!frames.empty()) accumulate(frames, derivatives, sums);
+    counters_.linearizations += world_from_ct.size();
+    std::span<const JacobianSums> rest = sums;
+    for (Linearization& result : results) {
+        result = {};
+        for (std::size_t view = 0; view < view_count(); ++view, rest = rest.subspan(channel_count_)) {
+            result += linearize_view(rest.first(channel_count_));
+        }
+        const auto count = static_cast<double>(view_count());
+        result = {result.cost / count, result.gradient / count, result.curvature / count};
     }
 }
 

@@ -12,6 +12,7 @@
 #include "core/geometry/rigid_transform.h"
 #include "core/image/view.h"
 #include "core/image/volume.h"
+#include "core/similarity/linearization.h"
 #include "core/similarity/similarity.h"
 
 namespace raylign {
@@ -47,6 +48,7 @@ struct SessionTiming {
 
 struct SessionCounters {
     std::uint64_t evaluations = 0;    ///< poses evaluated (all views of a pose count once)
+    std::uint64_t linearizations = 0; ///< poses linearized
     std::uint64_t bytes_to_host = 0;  ///< read back from a device; 0 for engines in host memory
 };
 
@@ -60,6 +62,11 @@ public:
     /// Cost per pose: the mean over views of view_cost, in [0, 2]. Sizes of both spans must agree.
     /// Throws Error for a non-finite pose; a NaN cost is returned as such and is the caller's to stop on.
     void evaluate(std::span<const RigidTransform> world_from_ct, std::span<double> costs);
+
+    /// Cost, gradient and Gauss-Newton matrix per pose, with respect to a twist (rad, mm) about the point `centre_ct_mm` of the
+    /// volume (its place in world under that pose). Costs as in evaluate. Throws as evaluate does.
+    void linearize(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
+                   std::span<Linearization> results);
 
     /// The sums behind the costs, [pose][view][channel], channels innermost.
     [[nodiscard]] std::vector<MomentSums> moment_sums(std::span<const RigidTransform> world_from_ct);
@@ -80,6 +87,9 @@ protected:
 
     /// Sums for every frame: sums[frame * channel_count() + channel]. Frames are pose-major.
     virtual void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) = 0;
+    /// The same with derivatives. An engine that cannot do it yet throws Error (kind unavailable): the default.
+    virtual void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
+                            std::span<JacobianSums> sums);
     virtual Image render_frame(const RayFrame& frame) = 0;
 
     /// Fixed channels per view, made once in core so that engines cannot disagree on them; empty where views lack images.

@@ -15,25 +15,39 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// Voxel value, zero outside the lattice.
-double voxel(const Volume& volume, int x, int y, int z) {
-    const Eigen::Vector3i& n = volume.grid.size;
-    const bool inside = x >= 0 && y >= 0 && z >= 0 && x < n.x() && y < n.y() && z < n.z();
-    return inside ? volume(x, y, z) : 0;
+double value_at(const Volume& volume, const Eigen::Vector3i& voxel) {
+    const bool inside = voxel.minCoeff() >= 0 && (volume.grid.size - voxel).minCoeff() > 0;
+    return inside ? volume(voxel.x(), voxel.y(), voxel.z()) : 0;
 }
 
-/// The trilinear interpolant of the zero-padded lattice at a point in voxel coordinates. On a lattice plane it is the
-/// bilinear interpolant of that plane, which is what `joseph` needs.
-double interpolate(const Volume& volume, const Eigen::Vector3d& y) {
+/// Calls add(weights per axis, signs of the weights' slopes, voxel) for the 8 voxels around a point in voxel coordinates.
+template <class Add>
+void for_corners(const Eigen::Vector3d& y, const Add& add) {
     const Eigen::Vector3d base = y.array().floor();
     const Eigen::Vector3d f = y - base;
-    double sum = 0;
     for (int corner = 0; corner < 8; ++corner) {
-        const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2 & 1;
-        const double weight = (dx ? f.x() : 1 - f.x()) * (dy ? f.y() : 1 - f.y()) * (dz ? f.z() : 1 - f.z());
-        if (weight == 0) continue;
-        sum += weight * voxel(volume, static_cast<int>(base.x()) + dx, static_cast<int>(base.y()) + dy,
-                              static_cast<int>(base.z()) + dz);
+        const Eigen::Vector3i d(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+        const Eigen::Vector3d weight(d.x() ? f.x() : 1 - f.x(), d.y() ? f.y() : 1 - f.y(), d.z() ? f.z() : 1 - f.z());
+        add(weight, 2 * d - Eigen::Vector3i::Ones(), base.cast<int>() + d);
     }
+}
+
+/// The trilinear interpolant of the zero-padded lattice. On a lattice plane it is that plane's bilinear interpolant, which is
+/// what `joseph` needs.
+double interpolate(const Volume& volume, const Eigen::Vector3d& y) {
+    double sum = 0;
+    for_corners(y, [&](const Eigen::Vector3d& weight, const Eigen::Vector3i&, const Eigen::Vector3i& voxel) {
+        if (weight.prod() != 0) sum += weight.prod() * value_at(volume, voxel);
+    });
+    return sum;
+}
+
+/// Gradient of the interpolant [1/mm per voxel]; on a lattice plane, the component across it belongs to one side only.
+Eigen::Vector3d interpolate_gradient(const Volume& volume, const Eigen::Vector3d& y) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for_corners(y, [&](const Eigen::Vector3d& w, const Eigen::Vector3i& sign, const Eigen::Vector3i& voxel) {
+        sum += value_at(volume, voxel) * Eigen::Vector3d(sign.x() * w.y() * w.z(), sign.y() * w.x() * w.z(), sign.z() * w.x() * w.y());
+    });
     return sum;
 }
 
@@ -57,34 +71,34 @@ DepthRange depth_range(const VoxelGrid& grid, const RayFrame& frame, const Eigen
     return range;
 }
 
-/// Joseph: sum over lattice planes k of the dominant axis of the plane's bilinear value, times the ray's length per plane.
-/// A plane counts if its depth lies strictly between source and detector.
-double joseph_integral(const Volume& volume, const RayFrame& frame, const Eigen::Vector3d& ray) {
+/// The samples of one ray: calls visit(position, depth) for each and returns the length [mm] that a sample stands for.
+/// Joseph: the lattice planes of the dominant axis whose depth lies strictly between source and detector.
+template <class Visit>
+double march_joseph(const Volume& volume, const RayFrame& frame, const Eigen::Vector3d& ray, const Visit& visit) {
     const int axis = dominant_axis(ray);
     const double depth_per_plane = 1 / ray[axis];
-    double sum = 0;
     for (int plane = 0; plane < volume.grid.size[axis]; ++plane) {
         const double depth = (plane - frame.source_voxel[axis]) * depth_per_plane;
         if (!(depth > 0 && depth < frame.depth_max_mm)) continue;
         Eigen::Vector3d y = frame.source_voxel + depth * ray;
         y[axis] = plane;
-        sum += interpolate(volume, y);
+        visit(y, depth);
     }
-    return sum * std::abs(depth_per_plane) * volume.grid.spacing_mm.cwiseProduct(ray).norm();
+    return std::abs(depth_per_plane) * volume.grid.spacing_mm.cwiseProduct(ray).norm();
 }
 
 /// Midpoint rule: samples at distances (k + 1/2) step from the source. They do not depend on where the ray enters the volume,
 /// so clipping cannot change the result and the derivative is exact (the field is continuous and zero at its border).
-double trilinear_integral(const Volume& volume, const RayFrame& frame, const Eigen::Vector3d& ray, double step_mm) {
-    const double mm_per_depth = volume.grid.spacing_mm.cwiseProduct(ray).norm();
-    const double depth_per_step = step_mm / mm_per_depth;
+template <class Visit>
+double march_trilinear(const Volume& volume, const RayFrame& frame, const Eigen::Vector3d& ray, double step_mm,
+                       const Visit& visit) {
+    const double depth_per_step = step_mm / volume.grid.spacing_mm.cwiseProduct(ray).norm();
     const auto [begin, end] = depth_range(volume.grid, frame, ray);
-    if (!(begin < end)) return 0;
-    double sum = 0;
+    if (!(begin < end)) return step_mm;
     for (double k = std::max(0.0, std::floor(begin / depth_per_step - 0.5)); (k + 0.5) * depth_per_step < end; ++k) {
-        sum += interpolate(volume, frame.source_voxel + (k + 0.5) * depth_per_step * ray);
+        visit(frame.source_voxel + (k + 0.5) * depth_per_step * ray, (k + 0.5) * depth_per_step);
     }
-    return sum * step_mm;
+    return step_mm;
 }
 
 class ReferenceSession final : public Session {
@@ -113,16 +127,34 @@ protected:
         }
     }
 
+    void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
+                    std::span<JacobianSums> sums) override {
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+            const std::vector<Image> moving = moving_channels(render_frame(frames[i]), similarity_);
+            const std::array<Image, 6> derivative_images = render_derivatives(frames[i], derivatives[i]);
+            std::vector<std::array<Image, 6>> jacobian(moving.size());  // the filter is linear: it applies to each derivative
+            for (int p = 0; p < 6; ++p) {
+                std::vector<Image> channels = moving_channels(derivative_images[p], similarity_);
+                for (std::size_t c = 0; c < moving.size(); ++c) jacobian[c][p] = std::move(channels[c]);
+            }
+            const FixedChannels& fixed_view = fixed()[frames[i].view];
+            for (std::size_t c = 0; c < moving.size(); ++c) {
+                sums[i * moving.size() + c] =
+                    jacobian_sums(fixed_view.channels[c], moving[c], jacobian[c], fixed_view.weights);
+            }
+        }
+    }
+
     Image render_frame(const RayFrame& frame) override {
         const auto start = std::chrono::steady_clock::now();
-        const double step_mm = trilinear_step_mm(render_, volume_.grid);
         Image drr(sizes_px_[frame.view].x(), sizes_px_[frame.view].y());
         for (int v = 0; v < drr.height; ++v) {
             for (int u = 0; u < drr.width; ++u) {
-                const Eigen::Vector3d ray = frame.ray_voxel(u, v);
-                drr(u, v) = static_cast<float>(render_.projector == Projector::joseph
-                                                   ? joseph_integral(volume_, frame, ray)
-                                                   : trilinear_integral(volume_, frame, ray, step_mm));
+                double sum = 0;
+                const double length_mm = march(frame, frame.ray_voxel(u, v), [&](const Eigen::Vector3d& y, double) {
+                    sum += interpolate(volume_, y);
+                });
+                drr(u, v) = static_cast<float>(sum * length_mm);
             }
         }
         timing_.drr_s += seconds_since(start);
@@ -130,6 +162,45 @@ protected:
     }
 
 private:
+    template <class Visit>
+    double march(const RayFrame& frame, const Eigen::Vector3d& ray, const Visit& visit) const {
+        if (render_.projector == Projector::joseph) return march_joseph(volume_, frame, ray, visit);
+        return march_trilinear(volume_, frame, ray, trilinear_step_mm(render_, volume_.grid), visit);
+    }
+
+    /// The six images dI / dp_i.
+    std::array<Image, 6> render_derivatives(const RayFrame& frame, const RayFrameDerivatives& derivatives) const {
+        const Eigen::Vector2i size_px = sizes_px_[frame.view];
+        std::array<Image, 6> images;
+        images.fill(Image(size_px.x(), size_px.y()));
+        for (int v = 0; v < size_px.y(); ++v) {
+            for (int u = 0; u < size_px.x(); ++u) {
+                const Eigen::Vector3d ray = frame.ray_voxel(u, v);
+                double sum = 0;
+                Eigen::Vector3d g0 = Eigen::Vector3d::Zero(), g1 = Eigen::Vector3d::Zero();  // of grad f, of depth grad f
+                const double length_mm = march(frame, ray, [&](const Eigen::Vector3d& y, double depth) {
+                    const Eigen::Vector3d gradient = interpolate_gradient(volume_, y);
+                    sum += interpolate(volume_, y);
+                    g0 += gradient;
+                    g1 += depth * gradient;
+                });
+                for (int p = 0; p < 6; ++p) {
+                    const Eigen::Vector3d& ds = derivatives[p].source_voxel;
+                    const Eigen::Vector3d dd = derivatives[p].ray_voxel(u, v);
+                    double derivative = g0.dot(ds) + g1.dot(dd);
+                    if (render_.projector == Projector::joseph) {
+                        // The sample stays in its plane, so its depth changes by -(ds_a + depth dd_a) / d_a; and so does the
+                        // length per plane, by -dd_a / d_a of itself (a rotation keeps |spacing .* d|).
+                        const int a = dominant_axis(ray);
+                        derivative -= (g0.dot(ray) * ds[a] + g1.dot(ray) * dd[a] + sum * dd[a]) / ray[a];
+                    }
+                    images[p](u, v) = static_cast<float>(derivative * length_mm);
+                }
+            }
+        }
+        return images;
+    }
+
     Volume volume_;
     RenderSettings render_;
     Similarity similarity_;

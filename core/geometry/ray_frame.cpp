@@ -33,4 +33,25 @@ std::vector<RayFrame> make_ray_frames(const VoxelGrid& grid, std::span<const Vie
     return frames;
 }
 
+RayFrameDerivatives make_ray_frame_derivatives(const VoxelGrid& grid, const ViewGeometry& view,
+                                               const RigidTransform& world_from_ct,
+                                               const Eigen::Vector3d& centre_world_mm) {
+    const Eigen::Matrix3d voxel_from_world = grid.spacing_mm.cwiseInverse().asDiagonal() * grid.direction.transpose() *
+                                             world_from_ct.rotation.transpose();
+    const RigidTransform world_from_camera = inverse(view.camera_from_world);
+    const Eigen::Matrix3d world_from_pixel = world_from_camera.rotation * view.camera.intrinsics_px.inverse();
+    const Eigen::Vector3d arm_mm = world_from_camera.translation_mm - centre_world_mm;
+    RayFrameDerivatives derivatives;
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d axis = Eigen::Vector3d::Unit(i);
+        derivatives[i] = {-voxel_from_world * axis.cross(arm_mm),
+                          -voxel_from_world * axis.cross(world_from_pixel.col(2)),
+                          -voxel_from_world * axis.cross(world_from_pixel.col(0)),
+                          -voxel_from_world * axis.cross(world_from_pixel.col(1))};
+        derivatives[3 + i] = {-voxel_from_world * axis, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
+                              Eigen::Vector3d::Zero()};
+    }
+    return derivatives;
+}
+
 }  // namespace raylign

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
-#include <vector>
 #include <span>
+#include <vector>
 
 #include "core/geometry/camera.h"
 #include "core/geometry/grid.h"
@@ -36,5 +37,23 @@ static_assert(sizeof(RayFrame) == 112, "RayFrame travels to devices as is");
 /// One frame per (pose, view), pose-major: frames[pose * views.size() + view].
 [[nodiscard]] std::vector<RayFrame> make_ray_frames(const VoxelGrid& grid, std::span<const ViewGeometry> views,
                                                     std::span<const RigidTransform> world_from_ct);
+
+/// Derivative of a RayFrame's vectors with respect to one pose parameter [voxels per rad or per mm].
+struct RayFrameDerivative {
+    Eigen::Vector3d source_voxel;
+    Eigen::Vector3d direction_voxel;
+    Eigen::Vector3d step_u_voxel;
+    Eigen::Vector3d step_v_voxel;
+
+    [[nodiscard]] Eigen::Vector3d ray_voxel(double u, double v) const {
+        return direction_voxel + u * step_u_voxel + v * step_v_voxel;
+    }
+};
+/// With respect to the twist (w, v) at zero, applied about `centre_world_mm`: a world point x stays where it is while the volume
+/// moves, so in ct it moves by -R^T (v + w x (x - c)) and a direction d by -R^T (w x d), R = rotation of world_from_ct.
+using RayFrameDerivatives = std::array<RayFrameDerivative, 6>;
+[[nodiscard]] RayFrameDerivatives make_ray_frame_derivatives(const VoxelGrid& grid, const ViewGeometry& view,
+                                                             const RigidTransform& world_from_ct,
+                                                             const Eigen::Vector3d& centre_world_mm);
 
 }  // namespace raylign

@@ -17,15 +17,19 @@ public:
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;
 
-    /// Where to write `name` before commit.
+    /// Where to write `name` (a plain file name) before commit.
     [[nodiscard]] std::filesystem::path stage(std::string_view name);
-    /// Moves every staged file to its name in the folder, replacing older ones.
+    /// Moves every staged file to its name in the folder, replacing older ones. Throws Error, with the older files back in
+    /// place, where one cannot be moved or was never written.
     void commit();
 
 private:
+    void remove_made_folders() noexcept;
+
     std::filesystem::path folder_, staging_;
     std::vector<std::string> names_;
-    bool committed_ = false, made_folder_ = false;
+    std::vector<std::filesystem::path> made_folders_;  ///< outermost first; removed again if the run leaves them empty
+    bool committed_ = false;
 };
 
 /// Writes a text file through a temporary name in the same folder. Throws Error with the system's reason.

@@ -99,16 +99,6 @@ private:
 
 }  // namespace
 
-std::string_view termination_name(Termination termination) {
-    switch (termination) {
-        case Termination::converged: return "converged";
-        case Termination::max_iterations: return "max-iterations";
-        case Termination::non_finite_cost: return "non-finite-cost";
-        case Termination::stopped: return "stopped";
-    }
-    return "unknown";
-}
-
 std::string SteepestDescentOptions::problem() const {
     if (!(difference_step > 0)) return "difference_step = " + std::to_string(difference_step) + ": must be positive";
     if (!(step_tolerance > 0)) return "step_tolerance = " + std::to_string(step_tolerance) + ": must be positive";
@@ -122,7 +112,7 @@ std::string SteepestDescentOptions::problem() const {
 
 SteepestDescentResult steepest_descent(const BatchObjective& objective, const Eigen::VectorXd& start,
                                        const SteepestDescentOptions& options,
-                                       const std::function<bool(const SteepestDescentStep&)>& on_step) {
+                                       const SteepestDescentCallback& on_step) {
     if (const std::string fault = options.problem(); !fault.empty()) throw Error(fault);
     SteepestDescentResult result{start};
     objective({&start, 1}, {&result.cost, 1});
@@ -154,7 +144,7 @@ SteepestDescentResult steepest_descent(const BatchObjective& objective, const Ei
         result.cost = best.cost;
         ++result.iterations;
         length = best.length;
-        if (on_step && !on_step({result.iterations, result.cost, best.length, result.point})) {
+        if (on_step && !on_step({result.iterations, result.cost, best.length}, result.point)) {
             return end(Termination::stopped);
         }
         if (length < options.step_tolerance) return end(Termination::converged);

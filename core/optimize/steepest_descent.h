@@ -4,21 +4,14 @@
 #include <functional>
 #include <span>
 #include <string>
-#include <string_view>
-#include <vector>
+
+#include "core/optimize/step.h"
+#include "core/optimize/termination.h"
 
 namespace raylign {
 
 /// Costs of many points at once: the batch is the unit that engines are fast at.
 using BatchObjective = std::function<void(std::span<const Eigen::VectorXd> points, std::span<double> costs)>;
-
-enum class Termination {
-    converged,        ///< no step longer than the tolerance lowers the cost
-    max_iterations,
-    non_finite_cost,  ///< the objective gave NaN or infinity
-    stopped,          ///< the caller's callback said so
-};
-[[nodiscard]] std::string_view termination_name(Termination termination);
 
 /// Lengths are in the units of the (scaled, unitless) parameters.
 struct SteepestDescentOptions {
@@ -32,13 +25,6 @@ struct SteepestDescentOptions {
     [[nodiscard]] std::string problem() const;
 };
 
-struct SteepestDescentStep {
-    int iteration = 0;  ///< from 1
-    double cost = 0;
-    double length = 0;
-    const Eigen::VectorXd& point;
-};
-
 struct SteepestDescentResult {
     Eigen::VectorXd point;
     double cost = 0;
@@ -46,13 +32,15 @@ struct SteepestDescentResult {
     Termination termination = Termination::converged;
 };
 
+/// Called after each accepted step with its point; returns false to stop.
+using SteepestDescentCallback = std::function<bool(const OptimizerStep&, const Eigen::VectorXd& point)>;
+
 /// Minimises from `start`: [Ino06] section 2.3. Each iteration evaluates all central differences in ONE batch of 2 n points,
 /// then a line search in batches of five lengths, refined by a parabola. The direction is -g scaled by the curvatures that the
 /// same 2 n values give for free (g_i / max(|f_ii|, 1/100 of the largest)), so that weak directions (depth of a single view)
 /// move as well as strong ones: derived here, it departs from the paper's plain -g.
-/// `on_step` is called after each accepted step; false stops.
 [[nodiscard]] SteepestDescentResult steepest_descent(const BatchObjective& objective, const Eigen::VectorXd& start,
                                                      const SteepestDescentOptions& options,
-                                                     const std::function<bool(const SteepestDescentStep&)>& on_step = {});
+                                                     const SteepestDescentCallback& on_step = {});
 
 }  // namespace raylign

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/image/pyramid.h"
+#include "core/registration/level_methods.h"
 #include "core/registration/levels.h"
 #include "core/registration/pose_space.h"
 
@@ -17,9 +18,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-constexpr double kDifferenceStep_px = 0.25;   // of a pixel at the object: small against the filter, large against float noise
 constexpr double kInitialStep_px = 2;         // on the coarsest level; finer ones start where the coarser one ended
-constexpr double kMaxStep_px = 16;
 constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that engines must agree on
 constexpr double kToleranceCoarse_px = 2e-2;  // the next level corrects the rest
 constexpr double kUnrelatedCost = 0.9;        // a mean correlation below 0.1 is what unrelated images reach
@@ -76,8 +75,7 @@ public:
 
     RegistrationResult run(const RigidTransform& start) {
         result_.world_from_ct = start;
-        result_.method = Method::steepest_descent;
-        if (options_.method == Method::automatic) result_.method_reason = "the only method of this version";
+        choose_method();
         const std::vector<LevelPlan> plan =
             plan_levels(volume_, views_, start, extent_, options_.similarity.filter, options_.levels);
         level_count_ = static_cast<int>(plan.size());
@@ -98,6 +96,13 @@ public:
     }
 
 private:
+    void choose_method() {
+        result_.method = options_.method;
+        if (options_.method != Method::automatic) return;
+        result_.method = Method::steepest_descent;
+        result_.method_reason = "needs no derivatives from the engine";
+    }
+
     [[nodiscard]] double level_work(const LevelPlan& level) const {
         // Halving images by 2 leaves a quarter of the rays; halving the volume, half of the samples on each.
         return std::exp2(-2.0 * level.image_halvings.front() - level.volume_halvings) * kTypicalIterations;
@@ -112,38 +117,27 @@ private:
         if (result_.levels.empty()) check_overlap(*session, start);
         if (finest) session->evaluate({&start, 1}, {&result_.cost_initial, 1});
 
-        const PoseSpace space = make_pose_space(result_.world_from_ct, extent_);
-        const BatchObjective objective = [&](std::span<const Eigen::VectorXd> points, std::span<double> costs) {
-            std::vector<RigidTransform> poses;
-            poses.reserve(points.size());
-            for (const Eigen::VectorXd& x : points) poses.push_back(space.pose(x));
-            session->evaluate(poses, costs);
-        };
         LevelReport report = describe(plan, scene, *session);
         result_.levels.push_back(report);
         session->evaluate({&result_.world_from_ct, 1}, {&report.cost_initial, 1});
-        double last_step_mm = initial_step_mm;
-        const auto on_step = [&](const SteepestDescentStep& step) {
-            last_step_mm = step.length;
-            return record(step, space, plan);
-        };
-        const SteepestDescentResult found =
-            steepest_descent(objective, Eigen::VectorXd::Zero(6), descent_options(plan, finest, initial_step_mm), on_step);
+        const LevelOutcome found = optimize(plan, finest, initial_step_mm, *session);
         if (found.termination == Termination::stopped) throw Error("stopped by the caller", ErrorKind::cancelled);
 
-        result_.world_from_ct = space.pose(found.point);
+        result_.world_from_ct = found.world_from_ct;
         report.cost_final = found.cost;
         report.iterations = found.iterations;
         report.termination = found.termination;
         if (finest) finish(*session);
         report.evaluations = session->counters().evaluations;
+        report.linearizations = session->counters().linearizations;
         report.time_s = seconds_since(begin);
         result_.levels.back() = report;
         result_.iterations += found.iterations;
         result_.counters.evaluations += session->counters().evaluations;
+        result_.counters.linearizations += session->counters().linearizations;
         result_.counters.bytes_to_host += session->counters().bytes_to_host;
         add(result_.timing, session->timing());
-        return std::clamp(last_step_mm, plan.pixel_at_object_mm / 8, kInitialStep_px * plan.pixel_at_object_mm);
+        return std::clamp(found.last_step_mm, plan.pixel_at_object_mm / 8, kInitialStep_px * plan.pixel_at_object_mm);
     }
 
     /// Costs of the result on the finest level, per view.
@@ -157,13 +151,18 @@ private:
         }
     }
 
-    [[nodiscard]] SteepestDescentOptions descent_options(const LevelPlan& plan, bool finest, double initial_step_mm) const {
-        const double pixel_mm = plan.pixel_at_object_mm;  // parameters are in mm at the rim
-        return {.difference_step = kDifferenceStep_px * pixel_mm,
-                .initial_step = initial_step_mm,
-                .max_step = std::max(kMaxStep_px * pixel_mm, initial_step_mm),
-                .step_tolerance = (finest ? kToleranceFinest_px : kToleranceCoarse_px) * pixel_mm,
-                .max_iterations = options_.max_iterations_per_level};
+    [[nodiscard]] LevelOutcome optimize(const LevelPlan& plan, bool finest, double initial_step_mm, Session& session) {
+        const LevelProblem problem{
+            .session = session,
+            .start_world_from_ct = result_.world_from_ct,
+            .extent = extent_,
+            .pixel_at_object_mm = plan.pixel_at_object_mm,
+            .initial_step_mm = initial_step_mm,
+            .step_tolerance_mm = (finest ? kToleranceFinest_px : kToleranceCoarse_px) * plan.pixel_at_object_mm,
+            .max_iterations = options_.max_iterations_per_level};
+        const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) { return record(step, pose, plan); };
+        return result_.method == Method::gauss_newton ? run_gauss_newton(problem, on_step)
+                                                      : run_steepest_descent(problem, on_step);
     }
 
     [[nodiscard]] LevelReport describe(const LevelPlan& plan, const LevelScene& scene, const Session& session) const {
@@ -176,9 +175,9 @@ private:
         return report;
     }
 
-    bool record(const SteepestDescentStep& step, const PoseSpace& space, const LevelPlan& plan) {
+    bool record(const OptimizerStep& step, const RigidTransform& pose, const LevelPlan& plan) {
         const int level = static_cast<int>(result_.levels.size()) - 1;
-        result_.history.push_back({level, step.iteration, step.cost, step.length, space.pose(step.point)});
+        result_.history.push_back({level, step.iteration, step.cost, step.length, pose});
         if (!progress_) return true;
         const double share = std::min(1.0, static_cast<double>(step.iteration) / (kTypicalIterations + step.iteration));
         const double fraction = (done_work_ + share * level_work(plan)) / total_work_;
@@ -233,12 +232,20 @@ private:
 
 }  // namespace
 
-std::string_view method_name(Method method) { return method == Method::automatic ? "auto" : "steepest-descent"; }
+std::string_view method_name(Method method) {
+    switch (method) {
+        case Method::automatic: return "auto";
+        case Method::gauss_newton: return "gauss-newton";
+        case Method::steepest_descent: return "steepest-descent";
+    }
+    return "unknown";
+}
 
 Method method_from_name(std::string_view name) {
-    if (name == "auto") return Method::automatic;
-    if (name == "steepest-descent") return Method::steepest_descent;
-    throw bad_value("method", name, "auto or steepest-descent");
+    for (const Method method : {Method::automatic, Method::gauss_newton, Method::steepest_descent}) {
+        if (name == method_name(method)) return method;
+    }
+    throw bad_value("method", name, "one of auto, gauss-newton, steepest-descent");
 }
 
 RegistrationResult register_volume(const Volume& volume, std::span<const View> views,

@@ -8,15 +8,16 @@
 #include <vector>
 
 #include "core/backend.h"
-#include "core/optimize/steepest_descent.h"
+#include "core/optimize/termination.h"
 
 namespace raylign {
 
 enum class Method {
     automatic,         ///< the driver picks and says what it picked
+    gauss_newton,      ///< Levenberg-Marquardt with analytic derivatives (Session::linearize), coarse to fine
     steepest_descent,  ///< [Ino06] section 2.3: central differences, line search, coarse to fine
 };
-[[nodiscard]] std::string_view method_name(Method method);  ///< "auto", "steepest-descent"
+[[nodiscard]] std::string_view method_name(Method method);  ///< "auto", "gauss-newton", "steepest-descent"
 [[nodiscard]] Method method_from_name(std::string_view name);
 
 struct RegistrationOptions {
@@ -45,7 +46,7 @@ struct LevelReport {
     GradientFilter filter;
     double cost_initial = 0, cost_final = 0;
     int iterations = 0;
-    std::uint64_t evaluations = 0;
+    std::uint64_t evaluations = 0, linearizations = 0;
     std::size_t volume_bytes = 0;  ///< the engine's own copy
     double time_s = 0;
     Termination termination = Termination::converged;

@@ -44,6 +44,21 @@ TEST(Registration, RecoversAKnownPoseBelowHalfAVoxel) {
     EXPECT_LT(result.cost_final, result.cost_initial);
 }
 
+TEST(Registration, BothMethodsEndAtTheSamePose) {
+    SmallCase c;
+    const RigidTransform start = perturbed_start(c.truth, c.targets, 8, 1);
+    const RegistrationResult descent = c.run(start, {.method = Method::steepest_descent});
+    const RegistrationResult newton = c.run(start, {.method = Method::gauss_newton});
+    EXPECT_EQ(descent.method, Method::steepest_descent);
+    EXPECT_EQ(newton.method, Method::gauss_newton);
+    EXPECT_TRUE(newton.ok);
+    EXPECT_LT(newton.counters.linearizations, 40u);
+    EXPECT_GT(newton.counters.linearizations, 2u);
+    EXPECT_LT(mean_target_error_mm(newton.world_from_ct, descent.world_from_ct, c.targets), 0.1)
+        << "a fiftieth of a voxel: steepest descent creeps at the end";
+    EXPECT_LE(newton.cost_final, descent.cost_final + 1e-7);
+}
+
 TEST(Registration, TheSameInputGivesTheSameBits) {
     SmallCase c;
     const RigidTransform start = perturbed_start(c.truth, c.targets, 8, 2);

@@ -44,7 +44,7 @@ TEST(SteepestDescent, EvaluatesAllDifferencesOfAStepInOneBatch) {
 
 TEST(SteepestDescent, NeverRaisesTheCost) {
     double last = std::numeric_limits<double>::infinity();
-    (void)steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Constant(6, 3), {}, [&](const SteepestDescentStep& step) {
+    (void)steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Constant(6, 3), {}, [&](const OptimizerStep& step, const Eigen::VectorXd&) {
         EXPECT_LT(step.cost, last);
         last = step.cost;
         return true;
@@ -63,7 +63,7 @@ TEST(SteepestDescent, StopsOnNonFiniteCostAtTheStartAndOnTheWay) {
 TEST(SteepestDescent, ReportsWhenIterationsRunOutOrTheCallerStops) {
     EXPECT_EQ(steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Zero(6), {.max_iterations = 1}).termination,
               Termination::max_iterations);
-    const auto stop = [](const SteepestDescentStep&) { return false; };
+    const auto stop = [](const OptimizerStep&, const Eigen::VectorXd&) { return false; };
     EXPECT_EQ(steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Zero(6), {}, stop).termination, Termination::stopped);
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/evaluation/simulate.h"
 #include "core/geometry/camera.h"
+#include "core/image/view.h"
 #include "core/phantom/phantom.h"
 
 namespace raylign::test {

@@ -1,0 +1,241 @@
+#include "core/image/intensity.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <sstream>
+
+#include "core/error.h"
+
+namespace raylign {
+namespace {
+
+constexpr std::string_view kNist = "water in NIST NISTIR 5632 (Hubbell and Seltzer 1995), density 1 g/cm3";
+constexpr std::array<HuPreset, 4> kPresets = {{
+    {"water-70kev", 70, 0.0193, -900, kNist},
+    {"water-60kev", 60, 0.0206, -900, kNist},
+    {"water-80kev", 80, 0.0184, -900, kNist},
+    {"plastimatch", 0, 0.022, -800, "the habit of plastimatch's drr"},
+}};
+
+constexpr double kI0Percentile = 0.995;     // open beam; above it lie hot pixels
+constexpr double kRangePercentile = 0.001;  // of each end: dead and hot pixels do not set the range
+constexpr double kBandShare = 0.005;        // of the range: one count in 8 bits, what saturation or air noise fills
+constexpr double kLeastAirShare = 0.01;     // of the pixels; fewer may be metal or markers
+constexpr double kFloatFloorShare = 1e-4;   // of I0: beyond the range of a 14-bit detector
+
+template <typename... Parts>
+std::string text(const Parts&... parts) {
+    std::ostringstream stream;
+    (stream << ... << parts);
+    return stream.str();
+}
+
+/// Value below which `share` of the values lie. Reorders them.
+double percentile(std::vector<float>& values, double share) {
+    const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), values.begin() + rank, values.end());
+    return values[static_cast<std::size_t>(rank)];
+}
+
+bool is_usable(const Image& image, const Image& weights, std::size_t i) {
+    return std::isfinite(image.pixels[i]) && (weights.empty() || weights.pixels[i] > 0);
+}
+
+std::vector<float> usable_pixels(const Image& image, const Image& weights) {
+    std::vector<float> values;
+    values.reserve(image.pixels.size());
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (is_usable(image, weights, i)) values.push_back(image.pixels[i]);
+    }
+    return values;
+}
+
+/// The two ends of the grey values, where air (or what lies outside the field of view) gathers.
+struct Extremes {
+    double low = 0, high = 0;              // robust ends of the range
+    double low_share = 0, high_share = 0;  // of the usable pixels within the band at each end
+    [[nodiscard]] bool is_low(double value) const { return value <= low + kBandShare * (high - low); }
+    [[nodiscard]] bool is_high(double value) const { return value >= high - kBandShare * (high - low); }
+};
+
+Extremes extremes_of(std::vector<float>& values) {
+    Extremes e{percentile(values, kRangePercentile), percentile(values, 1 - kRangePercentile)};
+    const auto count = static_cast<double>(values.size());
+    e.low_share = static_cast<double>(std::ranges::count_if(values, [&](float v) { return e.is_low(v); })) / count;
+    e.high_share = static_cast<double>(std::ranges::count_if(values, [&](float v) { return e.is_high(v); })) / count;
+    return e;
+}
+
+/// True where dark borders end in a step to bright pixels: the edge of a collimator or of a round field of view. A body's
+/// outline rises slowly instead. Looks inwards from both ends of every row, `kStepShare` of the width behind the edge.
+bool dark_border_is_outside_field(const Image& image, const Image& weights, const Extremes& e) {
+    constexpr double kStepShare = 0.01, kLeastRowShare = 0.1;
+    const int step = std::max(2, static_cast<int>(kStepShare * image.width));
+    int edges = 0, steps = 0;
+    for (int y = 0; y < image.height; ++y) {
+        for (const int direction : {1, -1}) {
+            int x = direction > 0 ? 0 : image.width - 1;
+            const auto is_dark = [&](int column) {
+                return is_usable(image, weights, image.index(column, y)) && e.is_low(image(column, y));
+            };
+            if (!is_dark(x)) continue;
+            while (x >= 0 && x < image.width && is_dark(x)) x += direction;
+            const int behind = x + direction * step;
+            if (behind < 0 || behind >= image.width || !is_usable(image, weights, image.index(behind, y))) continue;
+            ++edges;
+            steps += image(behind, y) > (e.low + e.high) / 2;
+        }
+    }
+    return edges > kLeastRowShare * image.height && 2 * steps > edges;
+}
+
+Polarity settle_transmission_polarity(const RawXray& raw, const Image& weights, std::vector<float>& values,
+                                      std::vector<std::string>& decisions) {
+    if (raw.monochrome1) {
+        decisions.push_back("polarity: bone dark, as the image is MONOCHROME1 (large values are shown dark)");
+        return Polarity::bone_dark;
+    }
+    const Extremes e = extremes_of(values);
+    const std::string numbers = text(100 * e.low_share, " % of the pixels at the dark end (", e.low, "), ",
+                                     100 * e.high_share, " % at the bright end (", e.high, ")");
+    const bool has_dark_frame =
+        e.low_share >= kLeastAirShare && dark_border_is_outside_field(raw.image, weights, e);
+    if (has_dark_frame && e.high_share >= kLeastAirShare) {
+        decisions.push_back("polarity: bone dark, as air gathers at the bright end; the dark border ends in a step and is "
+                            "taken as outside the field of view: " + numbers);
+        return Polarity::bone_dark;
+    }
+    const double dark_air_share = has_dark_frame ? 0 : e.low_share;
+    if (std::max(dark_air_share, e.high_share) < kLeastAirShare) {
+        decisions.push_back("polarity: bone dark, assumed as for a detector's counts, since no air is seen: " + numbers);
+        return Polarity::bone_dark;
+    }
+    const bool air_is_bright = e.high_share >= dark_air_share;
+    decisions.push_back(text("polarity: bone ", air_is_bright ? "dark" : "bright", ", as air gathers at the ",
+                             air_is_bright ? "bright" : "dark", " end: ", numbers));
+    return air_is_bright ? Polarity::bone_dark : Polarity::bone_bright;
+}
+
+IntensityKind settle_kind(const RawXray& raw, const IntensitySettings& settings, std::vector<std::string>& decisions) {
+    if (settings.kind != IntensityKind::automatic) return settings.kind;
+    decisions.emplace_back(raw.integer_pixels ? "kind: transmission, as the pixels are integers"
+                                              : "kind: line integral, as the pixels are floating point");
+    return raw.integer_pixels ? IntensityKind::transmission : IntensityKind::line_integral;
+}
+
+double settle_i0(const IntensitySettings& settings, std::vector<float>& intensities, std::string_view where,
+                 std::vector<std::string>& decisions) {
+    if (settings.i0) {
+        if (!(*settings.i0 > 0 && std::isfinite(*settings.i0))) {
+            throw bad_value("intensity.i0", text(*settings.i0), "positive and finite", where);
+        }
+        return *settings.i0;
+    }
+    const double i0 = percentile(intensities, kI0Percentile);
+    if (!(i0 > 0)) {
+        throw bad_value("open-beam intensity I0 (99.5th percentile)", text(i0), "positive; give intensity.i0", where);
+    }
+    decisions.push_back(text("I0 = ", i0, ", the 99.5th percentile of the pixels in use"));
+    return i0;
+}
+
+/// Turns the image upside down for bone_bright, so that it holds intensities (air large).
+void make_intensities(Image& image, const RawXray& raw, Polarity polarity, const std::vector<float>& values,
+                      std::vector<std::string>& decisions) {
+    if (polarity != Polarity::bone_bright) return;
+    const bool has_top = raw.max_representable > 0;
+    const auto top = static_cast<float>(has_top ? raw.max_representable : *std::ranges::max_element(values));
+    for (float& value : image.pixels) value = top - value;
+    decisions.push_back(text("inverted: intensity = ", top, " - pixel (",
+                             has_top ? "largest value of the pixel type" : "largest pixel", ")"));
+}
+
+void take_log(Image& image, double i0, double floor_intensity, std::vector<std::string>& decisions) {
+    std::size_t floored = 0;
+    for (float& value : image.pixels) {
+        if (!std::isfinite(value)) continue;
+        floored += value < floor_intensity;
+        value = static_cast<float>(-std::log(std::max<double>(value, floor_intensity) / i0));
+    }
+    if (floored > 0) {
+        decisions.push_back(text(floored, " pixels below ", floor_intensity, " were raised to it before the logarithm"));
+    }
+}
+
+void convert_transmission(const RawXray& raw, const IntensitySettings& settings, std::string_view where,
+                          XrayConversion& result) {
+    std::vector<float> values = usable_pixels(raw.image, result.weights);
+    Polarity polarity = settings.polarity;
+    if (polarity == Polarity::automatic) {
+        polarity = settle_transmission_polarity(raw, result.weights, values, result.decisions);
+    }
+    make_intensities(result.line_integral, raw, polarity, values, result.decisions);
+    values = usable_pixels(result.line_integral, result.weights);
+    const double i0 = settle_i0(settings, values, where, result.decisions);
+    take_log(result.line_integral, i0, raw.integer_pixels ? 0.5 : kFloatFloorShare * i0, result.decisions);
+}
+
+void convert_line_integral(const RawXray& raw, const IntensitySettings& settings, XrayConversion& result) {
+    Polarity polarity = settings.polarity;
+    if (polarity == Polarity::automatic) {
+        polarity = raw.monochrome1 ? Polarity::bone_dark : Polarity::bone_bright;
+        result.decisions.emplace_back(raw.monochrome1 ? "polarity: bone dark, as the image is MONOCHROME1"
+                                                      : "polarity: bone bright, as is usual for line integrals");
+    }
+    if (polarity == Polarity::bone_bright) return;
+    for (float& value : result.line_integral.pixels) value = -value;
+}
+
+/// Weights: the mask, with 0 at pixels that are not finite. Those become 0, so that 0 * pixel is 0 and not NaN.
+void exclude_non_finite(XrayConversion& result) {
+    std::size_t excluded = 0;
+    for (std::size_t i = 0; i < result.line_integral.pixels.size(); ++i) {
+        if (std::isfinite(result.line_integral.pixels[i])) continue;
+        if (result.weights.empty()) result.weights = Image(result.line_integral.width, result.line_integral.height, 1);
+        result.weights.pixels[i] = 0;
+        result.line_integral.pixels[i] = 0;
+        ++excluded;
+    }
+    if (excluded > 0) result.decisions.push_back(text(excluded, " pixels are not finite and are ignored"));
+}
+
+}  // namespace
+
+std::span<const HuPreset> hu_presets() { return kPresets; }
+
+const HuPreset& hu_preset(std::string_view name) {
+    std::string allowed;
+    for (const HuPreset& preset : kPresets) {
+        if (preset.name == name) return preset;
+        allowed += (allowed.empty() ? "one of " : ", ") + std::string(preset.name);
+    }
+    throw bad_value("HU preset", name, allowed);
+}
+
+float attenuation_from_hu(double hu, const HuPreset& preset) {
+    if (hu <= preset.cutoff_hu) return 0;
+    return static_cast<float>(preset.water_per_mm * (1 + hu / 1000));
+}
+
+XrayConversion line_integral_from_xray(const RawXray& raw, const Image& mask, const IntensitySettings& settings,
+                                       std::string_view where) {
+    const auto size = [](const Image& image) { return text(image.width, " x ", image.height); };
+    if (!mask.empty() && (mask.width != raw.image.width || mask.height != raw.image.height)) {
+        throw bad_value("mask size", size(mask), "the image's, " + size(raw.image), where);
+    }
+    XrayConversion result{raw.image, mask, {}};
+    if (usable_pixels(raw.image, {}).empty()) throw Error("image " + std::string(where) + ": has no finite pixel");
+    if (usable_pixels(raw.image, mask).empty()) {
+        throw Error("image " + std::string(where) + ": no finite pixel is left by its mask");
+    }
+    if (settle_kind(raw, settings, result.decisions) == IntensityKind::transmission) {
+        convert_transmission(raw, settings, where, result);
+    } else {
+        convert_line_integral(raw, settings, result);
+    }
+    exclude_non_finite(result);
+    return result;
+}
+
+}  // namespace raylign

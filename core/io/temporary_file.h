@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace raylign::detail {
+
+/// The system's words for an errno value, e.g. "No space left on device".
+[[nodiscard]] std::string system_reason(int error_number);
+
+/// A hidden name beside `target` with the same extension (formats are told by it). What was written there replaces `target`
+/// by commit(); without commit it is removed, and `target` stays as it was.
+class TemporaryFile {
+public:
+    explicit TemporaryFile(const std::filesystem::path& target);
+    ~TemporaryFile();
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+    /// Throws Error with the system's reason where the target cannot be replaced.
+    void commit();
+
+private:
+    std::filesystem::path target_, path_;
+    bool committed_ = false;
+};
+
+}  // namespace raylign::detail

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raylign::detail {
+
+/// Shortest text that reads back as the same number, whatever the locale.
+[[nodiscard]] std::string number_text(double value);
+
+/// The whole of `text` (blanks around it allowed) as a number, whatever the locale; empty where it is not one.
+[[nodiscard]] std::optional<double> number_from(std::string_view text);
+
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+[[nodiscard]] std::vector<std::string_view> split(std::string_view text, char separator);
+[[nodiscard]] std::string joined(std::span<const std::string_view> words, std::string_view separator);
+[[nodiscard]] std::string lower_case(std::string_view text);
+
+/// The candidate with the smallest edit distance to `word` (Levenshtein), or "" where none is near enough to be a typo.
+[[nodiscard]] std::string_view closest(std::string_view word, std::span<const std::string_view> candidates);
+
+}  // namespace raylign::detail

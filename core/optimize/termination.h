@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string_view>
+
+namespace raylign {
+
+/// Why an optimizer stopped; one set for all methods.
+enum class Termination {
+    converged,        ///< no step longer than the tolerance lowers the cost
+    max_iterations,
+    non_finite_cost,  ///< the objective gave NaN or infinity
+    stopped,          ///< the caller's callback said so
+};
+[[nodiscard]] std::string_view termination_name(Termination termination);
+
+}  // namespace raylign

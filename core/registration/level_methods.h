@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+
+#include "core/backend.h"
+#include "core/optimize/step.h"
+#include "core/optimize/termination.h"
+#include "core/registration/pose_space.h"
+
+namespace raylign {
+
+/// What a method needs to know of one level.
+struct LevelProblem {
+    Session& session;
+    RigidTransform start_world_from_ct;
+    ObjectExtent extent;          ///< rotation centre and scale
+    double pixel_at_object_mm;    ///< the level's unit of length
+    double initial_step_mm;
+    double step_tolerance_mm;
+    int max_iterations;
+};
+
+struct LevelOutcome {
+    RigidTransform world_from_ct;
+    double cost = 0;
+    int iterations = 0;
+    double last_step_mm = 0;
+    Termination termination = Termination::converged;
+};
+
+/// Called after each accepted step with its pose; returns false to stop.
+using PoseCallback = std::function<bool(const OptimizerStep&, const RigidTransform& world_from_ct)>;
+
+[[nodiscard]] LevelOutcome run_steepest_descent(const LevelProblem& problem, const PoseCallback& on_step);
+/// Levenberg-Marquardt on the manifold, from Session::linearize.
+[[nodiscard]] LevelOutcome run_gauss_newton(const LevelProblem& problem, const PoseCallback& on_step);
+
+}  // namespace raylign

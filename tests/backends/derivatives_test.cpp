@@ -1,0 +1,109 @@
+// Parity ladder, step 7: analytic derivatives against central differences of the same engine's cost, in double.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+#include <tuple>
+
+#include "tests/support/backends.h"
+#include "tests/support/scenes.h"
+
+namespace raylign {
+namespace {
+
+constexpr double kUnitRadius_mm = 60;  // makes rotations and translations comparable: the spine's half width
+
+struct Case {
+    std::string name;
+    Metric metric;
+    Projector projector;
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class Derivatives : public testing::TestWithParam<std::tuple<std::string, Case>> {
+protected:
+    void SetUp() override {
+        const auto& [backend_name, c] = GetParam();
+        RAYLIGN_MAKE_BACKEND(backend, backend_name);
+        views_ = test::with_exact_images(test::biplane_views(40), spine_phantom({160, 160, 160}), test::oblique_pose());
+        views_[0].weights = Image(40, 40, 1);
+        for (int y = 0; y < 12; ++y) {
+            for (int x = 0; x < 9; ++x) views_[0].weights(x, y) = 0;  // a corner masked out
+        }
+        for (int y = 12; y < 40; ++y) views_[0].weights(30, y) = 0.5F;
+        session_ = backend->prepare({volume_, views_, {c.projector, 0}, {c.metric, {1.5, 4}}});
+    }
+
+    double cost(const Twist& scaled) {
+        Twist twist = scaled;
+        twist.head<3>() /= kUnitRadius_mm;
+        const RigidTransform pose = exp_about(twist, start_ * centre_ct_mm_) * start_;
+        double value = 0;
+        session_->evaluate({&pose, 1}, {&value, 1});
+        return value;
+    }
+
+    Linearization linearize() {
+        Linearization result;
+        session_->linearize({&start_, 1}, centre_ct_mm_, {&result, 1});
+        return result;
+    }
+
+    Volume volume_ = test::spine_volume(32);
+    std::vector<View> views_;
+    Eigen::Vector3d centre_ct_mm_{3, -5, 8};
+    RigidTransform start_ = exp((Twist() << 0.02, 0.03, -0.01, 1.5, 2, -1).finished()) * test::oblique_pose();
+    std::unique_ptr<Session> session_;
+};
+
+TEST_P(Derivatives, GradientIsTheLimitOfCentralDifferences) {
+    Twist analytic = linearize().gradient;
+    analytic.head<3>() /= kUnitRadius_mm;
+    // Interpolation has kinks at voxel borders, so the error of differences falls more slowly than h^2; float images of size 1
+    // add 1e-7 / h. Between those two, at h = 0.01 mm, a percent of the gradient is left.
+    Twist differences;
+    const double h = 0.01;
+    for (int i = 0; i < 6; ++i) {
+        const Twist step = h * Twist::Unit(i);
+        differences[i] = (cost(step) - cost(-step)) / (2 * h);
+    }
+    EXPECT_LT((analytic - differences).norm(), 0.01 * differences.norm())
+        << "analytic " << analytic.transpose() << "\ndifferences " << differences.transpose();
+}
+
+TEST_P(Derivatives, DifferencesApproachTheGradientAsTheStepShrinks) {
+    Twist analytic = linearize().gradient;
+    analytic.head<3>() /= kUnitRadius_mm;
+    double last = 1e300;
+    for (const double h : {4.0, 1.0, 0.25}) {
+        Twist differences;
+        for (int i = 0; i < 6; ++i) {
+            const Twist step = h * Twist::Unit(i);
+            differences[i] = (cost(step) - cost(-step)) / (2 * h);
+        }
+        const double error = (analytic - differences).norm() / analytic.norm();
+        EXPECT_LT(error, last / 2) << "h = " << h;  // second order would give 16, kinks take most of it
+        last = error;
+    }
+}
+
+TEST_P(Derivatives, CostIsTheCostOfEvaluate) { EXPECT_NEAR(linearize().cost, cost(Twist::Zero()), 1e-6); }
+
+TEST_P(Derivatives, CurvatureIsSymmetricAndPositive) {
+    const Linearization at = linearize();
+    EXPECT_TRUE(at.curvature.isApprox(at.curvature.transpose(), 1e-12));
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(at.curvature);
+    EXPECT_GT(solver.eigenvalues().minCoeff(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Derivatives,
+                         testing::Combine(testing::ValuesIn(backend_names()),
+                                          testing::Values(Case{"GcJoseph", Metric::gc, Projector::joseph},
+                                                          Case{"NccJoseph", Metric::ncc, Projector::joseph},
+                                                          Case{"GcTrilinear", Metric::gc, Projector::trilinear})),
+                         [](const auto& test) { return std::get<0>(test.param) + std::get<1>(test.param).name; });
+
+}  // namespace
+}  // namespace raylign

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+#include "backends/registry.h"
+#include "core/error.h"
+
+namespace raylign::test {
+
+/// True where `name` is in RAYLIGN_REQUIRE_BACKENDS ("reference,cpu"): a test then fails instead of skipping.
+inline bool is_required(const std::string& name) {
+    const char* list = std::getenv("RAYLIGN_REQUIRE_BACKENDS");
+    return list != nullptr && ("," + std::string(list) + ",").find("," + name + ",") != std::string::npos;
+}
+
+}  // namespace raylign::test
+
+/// Makes the backend `wanted` into `variable`; skips with the reason where it cannot run here, or fails where it is required.
+#define RAYLIGN_MAKE_BACKEND(variable, wanted)                                                          \
+    std::unique_ptr<raylign::Backend> variable;                                                         \
+    try {                                                                                               \
+        variable = raylign::create_backend(wanted).backend;                                             \
+    } catch (const raylign::Error& error) {                                                             \
+        if (raylign::test::is_required(wanted)) FAIL() << (wanted) << " is required: " << error.what(); \
+        GTEST_SKIP() << error.what();                                                                   \
+    }                                                                                                   \
+    ASSERT_EQ(variable->info().name, wanted) << "another backend than the one asked for ran"
