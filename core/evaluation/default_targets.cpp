@@ -12,12 +12,12 @@
 namespace raylign {
 namespace {
 
-constexpr double kDenseHu = 200;          // cancellous bone and denser
+constexpr double kDenseHu = 200;            // cancellous bone and denser
 constexpr std::size_t kDenseVoxels = 1000;  // one cm^3 of 1-mm voxels: more than an implant's speckle
 constexpr double kPercentile = 0.999;
-constexpr int kHistogramBins = 1 << 14;   // the percentile is read to 1/16384 of the maximum
-constexpr int kBlocksPerAxis = 96;        // the cells' side is chosen on a coarse map, to stay quick
-constexpr int kPointsPerCell = 20;        // but not on a coarser one than gives this many points a cell
+constexpr int kHistogramBins = 1 << 14;  // the percentile is read to 1/16384 of the maximum
+constexpr int kBlocksPerAxis = 96;       // the cells' side is chosen on a coarse map, to stay quick
+constexpr int kPointsPerCell = 20;       // but not on a coarser one than gives this many points a cell
 
 double percentile_of_positive(const std::vector<float>& values, float maximum) {
     std::vector<std::size_t> histogram(kHistogramBins);
@@ -110,11 +110,13 @@ std::size_t occupied(const DenseMap& map, const Cells& cells) {
     return std::unique(keys.begin(), keys.end()) - keys.begin();
 }
 
-/// Bisects (in the logarithm) for the side at which `count` cells are occupied. More cells come with smaller sides, in steps.
+/// Bisects (in the logarithm) for the side at which `count` cells are occupied. More cells come with smaller sides, in
+/// steps.
 Cells choose_cells(const DenseMap& map, int count, const VoxelGrid& grid) {
     const Eigen::Array3d box_mm = (map.high_voxel - map.low_voxel + 1) * grid.spacing_mm.array();
     double small_mm = grid.spacing_mm.minCoeff(), large_mm = std::max(small_mm, box_mm.maxCoeff());
-    for (int i = 0; i < 16; ++i) {  // halves the logarithm's range each time: 2^-16 of it is far below one cell more or less
+    for (int i = 0; i < 16;
+         ++i) {  // halves the logarithm's range each time: 2^-16 of it is far below one cell more or less
         const double side_mm = std::sqrt(small_mm * large_mm);
         const bool enough = occupied(map, cells_of_side(map, side_mm, grid)) >= static_cast<std::size_t>(count);
         (enough ? small_mm : large_mm) = side_mm;

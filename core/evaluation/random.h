@@ -6,8 +6,9 @@
 
 namespace raylign {
 
-/// SplitMix64 [Steele, Lea, Flood 2014]: a small generator whose numbers are the same on every machine. std::mt19937 is, too,
-/// but the standard's distributions are not: each library samples in its own way. Period 2^64; not for secrets.
+/// SplitMix64 [Steele, Lea, Flood 2014]: a small generator whose numbers are the same on every machine. std::mt19937
+/// is, too, but the standard's distributions are not: each library samples in its own way. Period 2^64; not for
+/// secrets.
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -26,14 +27,16 @@ public:
     /// Uniform in [low, high).
     [[nodiscard]] double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
-    /// Uniform on the unit sphere: Marsaglia 1972. Only arithmetic and square roots, so the same to the last bit everywhere.
+    /// Uniform on the unit sphere: Marsaglia 1972. Only arithmetic and square roots, so the same to the last bit
+    /// everywhere.
     [[nodiscard]] Eigen::Vector3d direction() {
         const DiscPoint p = disc_point();
         const double h = 2 * std::sqrt(1 - p.norm2);
         return {p.x * h, p.y * h, 1 - 2 * p.norm2};
     }
 
-    /// Standard normal: Marsaglia's polar method, one value used. The same on every machine up to the last bit of its log().
+    /// Standard normal: Marsaglia's polar method, one value used. The same on every machine up to the last bit of its
+    /// log().
     [[nodiscard]] double normal() {
         const DiscPoint p = disc_point();
         return p.x * std::sqrt(-2 * std::log(p.norm2) / p.norm2);

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/image/field_of_view.h"
 
 namespace raylign {
 namespace {
@@ -22,6 +23,7 @@ constexpr double kI0Percentile = 0.995;     // open beam; above it lie hot pixel
 constexpr double kRangePercentile = 0.001;  // of each end: dead and hot pixels do not set the range
 constexpr double kBandShare = 0.005;        // of the range: one count in 8 bits, what saturation or air noise fills
 constexpr double kLeastAirShare = 0.01;     // of the pixels; fewer may be metal or markers
+constexpr double kDarkShare = 0.1;          // of the range: blooming and scatter outside the field stay below
 constexpr double kFloatFloorShare = 1e-4;   // of I0: beyond the range of a 14-bit detector
 
 template <typename... Parts>
@@ -67,29 +69,6 @@ Extremes extremes_of(std::vector<float>& values) {
     return e;
 }
 
-/// True where dark borders end in a step to bright pixels: the edge of a collimator or of a round field of view. A body's
-/// outline rises slowly instead. Looks inwards from both ends of every row, `kStepShare` of the width behind the edge.
-bool dark_border_is_outside_field(const Image& image, const Image& weights, const Extremes& e) {
-    constexpr double kStepShare = 0.01, kLeastRowShare = 0.1;
-    const int step = std::max(2, static_cast<int>(kStepShare * image.width));
-    int edges = 0, steps = 0;
-    for (int y = 0; y < image.height; ++y) {
-        for (const int direction : {1, -1}) {
-            int x = direction > 0 ? 0 : image.width - 1;
-            const auto is_dark = [&](int column) {
-                return is_usable(image, weights, image.index(column, y)) && e.is_low(image(column, y));
-            };
-            if (!is_dark(x)) continue;
-            while (x >= 0 && x < image.width && is_dark(x)) x += direction;
-            const int behind = x + direction * step;
-            if (behind < 0 || behind >= image.width || !is_usable(image, weights, image.index(behind, y))) continue;
-            ++edges;
-            steps += image(behind, y) > (e.low + e.high) / 2;
-        }
-    }
-    return edges > kLeastRowShare * image.height && 2 * steps > edges;
-}
-
 Polarity settle_transmission_polarity(const RawXray& raw, const Image& weights, std::vector<float>& values,
                                       std::vector<std::string>& decisions) {
     if (raw.monochrome1) {
@@ -99,16 +78,20 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Image& weights, 
     const Extremes e = extremes_of(values);
     const std::string numbers = text(100 * e.low_share, " % of the pixels at the dark end (", e.low, "), ",
                                      100 * e.high_share, " % at the bright end (", e.high, ")");
+    const auto dark_below = static_cast<float>(e.low + kDarkShare * (e.high - e.low));
     const bool has_dark_frame =
-        e.low_share >= kLeastAirShare && dark_border_is_outside_field(raw.image, weights, e);
+        e.low_share >= kLeastAirShare && dark_border_frames_field(raw.image, weights, dark_below);
     if (has_dark_frame && e.high_share >= kLeastAirShare) {
-        decisions.push_back("polarity: bone dark, as air gathers at the bright end; the dark border ends in a step and is "
-                            "taken as outside the field of view: " + numbers);
+        decisions.push_back(
+            "polarity: bone dark, as air gathers at the bright end; the dark border is round or "
+            "rectangular and is taken as outside the field of view: " +
+            numbers);
         return Polarity::bone_dark;
     }
     const double dark_air_share = has_dark_frame ? 0 : e.low_share;
     if (std::max(dark_air_share, e.high_share) < kLeastAirShare) {
-        decisions.push_back("polarity: bone dark, assumed as for a detector's counts, since no air is seen: " + numbers);
+        decisions.push_back("polarity: bone dark, assumed as for a detector's counts, since no air is seen: " +
+                            numbers);
         return Polarity::bone_dark;
     }
     const bool air_is_bright = e.high_share >= dark_air_share;
@@ -159,7 +142,8 @@ void take_log(Image& image, double i0, double floor_intensity, std::vector<std::
         value = static_cast<float>(-std::log(std::max<double>(value, floor_intensity) / i0));
     }
     if (floored > 0) {
-        decisions.push_back(text(floored, " pixels below ", floor_intensity, " were raised to it before the logarithm"));
+        decisions.push_back(
+            text(floored, " pixels below ", floor_intensity, " were raised to it before the logarithm"));
     }
 }
 

@@ -50,6 +50,7 @@ View half_resolution(const View& view) {
             for (int k = 0; k < 4; ++k) {
                 const int fx = 2 * x + k % 2, fy = 2 * y + k / 2;
                 const double weight = view.weights.empty() ? 1 : view.weights(fx, fy);
+                if (weight == 0) continue;  // a masked pixel may be NaN, and 0 * NaN is NaN
                 weight_sum += weight;
                 if (!view.image.empty()) value_sum += weight * view.image(fx, fy);
             }

@@ -69,7 +69,8 @@ double attenuation_of(const Solid& solid) {
     return std::visit([](const auto& s) { return s.attenuation_per_mm; }, solid);
 }
 
-/// Sides of the simple phantoms, in shares of the extent: different on each axis, or rotations by 90 degrees look alike.
+/// Sides of the simple phantoms, in shares of the extent: different on each axis, or rotations by 90 degrees look
+/// alike.
 Eigen::Vector3d half_sides_mm(const Eigen::Vector3d& extent_mm) {
     if (!(extent_mm.allFinite() && extent_mm.minCoeff() > 0)) {
         throw bad_value("smallest side of the phantom's extent", std::to_string(extent_mm.minCoeff()) + " mm",

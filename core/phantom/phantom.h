@@ -12,9 +12,10 @@
 
 namespace raylign {
 
-/// Solids in ct coordinates [mm]; `ct_from_solid` places them. Attenuations of overlapping solids ADD (soft tissue plus the
-/// extra of bone), so that the line integral of a phantom is the sum over its solids, exactly. A negative attenuation hollows
-/// a solid out (cancellous bone inside a cortical shell). Solids are open sets: a line within a face cuts no chord.
+/// Solids in ct coordinates [mm]; `ct_from_solid` places them. Attenuations of overlapping solids ADD (soft tissue plus
+/// the extra of bone), so that the line integral of a phantom is the sum over its solids, exactly. A negative
+/// attenuation hollows a solid out (cancellous bone inside a cortical shell). Solids are open sets: a line within a
+/// face cuts no chord.
 struct Box {
     RigidTransform ct_from_solid;
     Eigen::Vector3d half_size_mm;
@@ -38,9 +39,9 @@ struct Phantom {
     std::vector<Solid> solids;
 };
 
-/// Length of the chord that a line cuts from a solid [mm]; the line passes `point_ct` with unit direction `direction_ct`,
-/// restricted to points in front of `point_ct` (a ray). Error about 1e-16 times the distance from `point_ct` to the solid,
-/// away from grazing lines.
+/// Length of the chord that a line cuts from a solid [mm]; the line passes `point_ct` with unit direction
+/// `direction_ct`, restricted to points in front of `point_ct` (a ray). Error about 1e-16 times the distance from
+/// `point_ct` to the solid, away from grazing lines.
 [[nodiscard]] double chord_mm(const Solid& solid, const Eigen::Vector3d& point_ct, const Eigen::Vector3d& direction_ct);
 
 /// Volume of a solid [mm^3].
@@ -54,7 +55,8 @@ struct Phantom {
 [[nodiscard]] double exact_line_integral(const Phantom& phantom, const Eigen::Vector3d& source_ct,
                                          const Eigen::Vector3d& direction_ct);
 
-/// Exact DRR: one exact line integral per pixel centre. Rays run from the source without end: the detector cuts nothing off.
+/// Exact DRR: one exact line integral per pixel centre. Rays run from the source without end: the detector cuts nothing
+/// off.
 [[nodiscard]] Image exact_drr(const Phantom& phantom, const ViewGeometry& view, const RigidTransform& world_from_ct);
 
 /// The voxelised twin: each voxel is the mean over `samples_per_axis`^3 points spread evenly over its cell. One thread:
@@ -70,9 +72,9 @@ struct Phantom {
 [[nodiscard]] Phantom box_phantom(const Eigen::Vector3d& extent_mm);
 [[nodiscard]] Phantom ellipsoid_phantom(const Eigen::Vector3d& extent_mm);
 
-/// Thoracolumbar spine: vertebrae with bodies, pedicles, arches, transverse and spinous processes, discs between them, ribs
-/// and soft tissue; slightly curved and asymmetric, so that no two poses look alike. Fills `extent_mm`.
-/// Natural size (5 vertebrae, 40 mm apart, in 200 mm) where the extent is at least 200 x 200 mm across; else the bones shrink
+/// Thoracolumbar spine: vertebrae with bodies, pedicles, arches, transverse and spinous processes, discs between them,
+/// ribs and soft tissue; slightly curved and asymmetric, so that no two poses look alike. Fills `extent_mm`. Natural
+/// size (5 vertebrae, 40 mm apart, in 200 mm) where the extent is at least 200 x 200 mm across; else the bones shrink
 /// with it. The number of vertebrae follows from the height. ct axes are LPS: x left, y posterior, z head.
 /// Attenuations as at about 70 keV: soft tissue 0.0193 / mm, cancellous bone 0.008 and cortical bone 0.02 above it.
 [[nodiscard]] Phantom spine_phantom(const Eigen::Vector3d& extent_mm);

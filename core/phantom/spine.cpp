@@ -8,8 +8,8 @@
 #include "core/error.h"
 #include "core/phantom/phantom.h"
 
-// The anatomy is drawn, not measured: sizes of an adult thoracolumbar spine as atlases give them, rounded. Lengths in this file
-// are mm of a vertebra of natural size; `scale` turns them into mm of the phantom.
+// The anatomy is drawn, not measured: sizes of an adult thoracolumbar spine as atlases give them, rounded. Lengths in
+// this file are mm of a vertebra of natural size; `scale` turns them into mm of the phantom.
 
 namespace raylign {
 namespace {
@@ -21,11 +21,11 @@ constexpr double kCancellousPerMm = 0.008;
 constexpr double kCorticalPerMm = 0.02;
 constexpr double kRibPerMm = 0.013;  // thin shell and marrow, averaged
 
-constexpr double kPitchMm = 40;       // from vertebra to vertebra at natural size
-constexpr double kWidthMm = 200;      // least extent across that a vertebra of natural size needs
+constexpr double kPitchMm = 40;   // from vertebra to vertebra at natural size
+constexpr double kWidthMm = 200;  // least extent across that a vertebra of natural size needs
 constexpr double kBodyHalfHeightMm = 14;
-constexpr int kMaxVertebrae = 64;     // bounds the work for absurdly long extents
-constexpr int kRibSegments = 14;      // 8 degrees from one to the next: the gaps at the joints stay below 1 mm
+constexpr int kMaxVertebrae = 64;  // bounds the work for absurdly long extents
+constexpr int kRibSegments = 14;   // 8 degrees from one to the next: the gaps at the joints stay below 1 mm
 
 /// A fixed irregular sequence in [-1, 1): the golden ratio's multiples are spread evenly and never repeat.
 double wobble(int level, int feature) {
@@ -48,8 +48,8 @@ struct Spine {
 
     [[nodiscard]] double level_z_mm(double level) const { return (level - (count - 1) / 2.0) * pitch_mm; }
 
-    /// The curve through the bodies' centres: an S-shaped scoliosis of +-4 mm, lordosis below and kyphosis above, and the
-    /// spine's place in the back, 70 mm from the skin to the bodies' centres.
+    /// The curve through the bodies' centres: an S-shaped scoliosis of +-4 mm, lordosis below and kyphosis above, and
+    /// the spine's place in the back, 70 mm from the skin to the bodies' centres.
     [[nodiscard]] Eigen::Vector3d curve_ct(double level) const {
         const double phase = std::numbers::pi * (level_z_mm(level) / extent_mm.z() + 0.5);  // 0 below, pi on top
         const double x = 4 * std::sin(1.6 * phase + 0.4);
@@ -87,7 +87,8 @@ struct Maker {
     }
 };
 
-/// Body: cancellous bone in a cortical shell of 1.2 mm (a full cylinder and a hollowing one), waisted by wider end plates.
+/// Body: cancellous bone in a cortical shell of 1.2 mm (a full cylinder and a hollowing one), waisted by wider end
+/// plates.
 void add_body(const Maker& make, double width, double half_height) {
     const Eigen::Matrix3d straight = Eigen::Matrix3d::Identity();
     const Eigen::Vector2d radii = width * Eigen::Vector2d(21, 15.5), shell(1.2, 1.2);
@@ -111,12 +112,14 @@ void add_arch(const Maker& make, double side, double width) {
     make.ellipsoid({12 * side, 32, -15}, turn(-0.1, 0.15 * side, 0.5 * side), {3.6, 3.6, 9}, 0.9 * kCorticalPerMm);
 }
 
-/// Transverse processes, each of its own length, and the spinous process, steeper in the thoracic part (`height` 0 to 1).
+/// Transverse processes, each of its own length, and the spinous process, steeper in the thoracic part (`height` 0 to
+/// 1).
 void add_processes(const Maker& make, int level, double height) {
     for (const double side : {-1.0, 1.0}) {
         const double half_length = 14 + 2 * wobble(level, side > 0 ? 2 : 3) - 3 * height;
-        make.ellipsoid({side * (13 + half_length), 25 + 4 * height, 4}, turn(0, -0.15 * side, side * (0.1 + 0.35 * height)),
-                       {half_length, 3.2, 5 - height}, 0.8 * kCorticalPerMm);
+        make.ellipsoid({side * (13 + half_length), 25 + 4 * height, 4},
+                       turn(0, -0.15 * side, side * (0.1 + 0.35 * height)), {half_length, 3.2, 5 - height},
+                       0.8 * kCorticalPerMm);
     }
     const double tilt_rad = -0.2 - 0.5 * height;  // its tip hangs down
     make.ellipsoid({1.5 * wobble(level, 4), 34 + 13 * std::cos(tilt_rad), 13 * std::sin(tilt_rad) - 3},
@@ -150,8 +153,8 @@ Solid rib_segment(const Eigen::Vector3d& from_ct, const Eigen::Vector3d& to_ct, 
     const Eigen::Vector3d across = Eigen::Vector3d::UnitZ().cross(along).normalized();
     Eigen::Matrix3d axes;
     axes << across, along.cross(across), along;
-    return EllipticCylinder{{axes, (from_ct + to_ct) / 2}, scale * Eigen::Vector2d(3, 5.5), (to_ct - from_ct).norm() / 2,
-                            kRibPerMm};
+    return EllipticCylinder{
+        {axes, (from_ct + to_ct) / 2}, scale * Eigen::Vector2d(3, 5.5), (to_ct - from_ct).norm() / 2, kRibPerMm};
 }
 
 /// From the body's rear edge past the transverse process, then around the chest on an ellipse, sloping down.
@@ -193,7 +196,8 @@ Spine layout(const Eigen::Vector3d& extent_mm) {
     }
     const double across = std::min(1.0, extent_mm.head<2>().minCoeff() / kWidthMm);
     const double levels = std::clamp(std::round(extent_mm.z() / (kPitchMm * across)), 1.0, double{kMaxVertebrae});
-    const double pitch_mm = 0.95 * extent_mm.z() / levels;  // the rest is for the ends: tilted, with facets that stick out
+    const double pitch_mm =
+        0.95 * extent_mm.z() / levels;  // the rest is for the ends: tilted, with facets that stick out
     return {extent_mm, static_cast<int>(levels), pitch_mm, std::min(across, pitch_mm / kPitchMm)};
 }
 

@@ -9,7 +9,8 @@
 namespace raylign {
 namespace {
 
-constexpr int kMaxSamplesPerAxis = 16;  // 4096 points a cell: quantised to 0.02 %, below what float voxels are compared at
+constexpr int kMaxSamplesPerAxis =
+    16;  // 4096 points a cell: quantised to 0.02 %, below what float voxels are compared at
 
 /// How a cell lies to a solid. `crossed` is also returned where the quick test cannot tell.
 enum class Side { outside, crossed, inside };
@@ -41,8 +42,8 @@ Side side_of_slabs(const Eigen::Vector3d& distance, const Eigen::Vector3d& exten
     return ((distance + extent).array() < half.array()).all() ? Side::inside : Side::crossed;
 }
 
-// One probe per kind of solid: bounds(m) = half extent of m * solid for a linear map m; contains(p) for a point in the solid's
-// axes; side(p) of a cell around p.
+// One probe per kind of solid: bounds(m) = half extent of m * solid for a linear map m; contains(p) for a point in the
+// solid's axes; side(p) of a cell around p.
 struct BoxProbe {
     BoxProbe(const Box& solid, const CellShape& cell) : half(solid.half_size_mm), extent(cell.half_extent_mm()) {}
     Eigen::Vector3d half, extent;
@@ -130,7 +131,8 @@ void add_solid(Volume& volume, const AnySolid& solid, int samples_per_axis) {
     const Eigen::Vector3d centre = grid.voxel_from_ct(solid.ct_from_solid.translation_mm);
     const Eigen::Vector3d reach = probe.bounds(voxel_from_solid) + Eigen::Vector3d::Ones();
     const Eigen::Vector3d last = (grid.size - Eigen::Vector3i::Ones()).template cast<double>();
-    const auto begin = (centre - reach).array().ceil().max(0).min(last.array() + 1).matrix().template cast<int>().eval();
+    const auto begin =
+        (centre - reach).array().ceil().max(0).min(last.array() + 1).matrix().template cast<int>().eval();
     const auto end = (centre + reach).array().floor().max(-1).min(last.array()).matrix().template cast<int>().eval();
     for (int z = begin.z(); z <= end.z(); ++z) {
         for (int y = begin.y(); y <= end.y(); ++y) {

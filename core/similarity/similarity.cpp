@@ -29,11 +29,16 @@ void check_fixed(const View& view) {
         throw bad_value("mask size", text(view.weights.width, view.weights.height),
                         text(size.x(), size.y()) + " as its image", where);
     }
+    const auto pixel_name = [&](std::size_t i) {
+        return "pixel (" + std::to_string(i % size.x()) + ", " + std::to_string(i / size.x()) + ")";
+    };
     for (std::size_t i = 0; i < view.image.pixels.size(); ++i) {
-        const bool used = view.weights.empty() || view.weights.pixels[i] != 0;
-        if (used && !std::isfinite(view.image.pixels[i])) {
-            throw bad_value("pixel (" + std::to_string(i % size.x()) + ", " + std::to_string(i / size.x()) + ")",
-                            std::to_string(view.image.pixels[i]), "finite (or masked)", where);
+        const float weight = view.weights.empty() ? 1 : view.weights.pixels[i];
+        if (!(weight >= 0 && std::isfinite(weight))) {
+            throw bad_value("weight of " + pixel_name(i), std::to_string(weight), "finite and not negative", where);
+        }
+        if (weight != 0 && !std::isfinite(view.image.pixels[i])) {
+            throw bad_value(pixel_name(i), std::to_string(view.image.pixels[i]), "finite (or masked)", where);
         }
     }
 }
@@ -94,10 +99,16 @@ FixedChannels make_fixed_channels(const View& view, const Similarity& similarity
 
 MomentSums moment_sums(const Image& fixed, const Image& moving, const Image& weights) {
     MomentSums sums;
-    for (std::size_t i = 0; i < fixed.pixels.size(); ++i) {
-        const double w = weights.pixels[i], a = fixed.pixels[i], b = moving.pixels[i];
-        if (w == 0) continue;
-        sums += {w, w * a, w * a * a, w * b, w * b * b, w * a * b};
+    // Row by row: one running sum over a million equal pixels rounds the same way each time, and the variance that cancels
+    // from such sums no longer shows that the image is constant (1e-11 instead of 1e-13 of the second moment).
+    for (int y = 0; y < fixed.height; ++y) {
+        MomentSums row;
+        for (int x = 0; x < fixed.width; ++x) {
+            const double w = weights(x, y), a = fixed(x, y), b = moving(x, y);
+            if (w == 0) continue;
+            row += {w, w * a, w * a * a, w * b, w * b * b, w * a * b};
+        }
+        sums += row;
     }
     return sums;
 }

@@ -44,15 +44,15 @@ struct FixedChannels {
 [[nodiscard]] int channel_count(Metric metric);
 
 /// Images to channels: the filter of `similarity`, the view's weights eroded by its radius.
-/// Throws Error for a missing or non-finite image, a size that differs from the camera's, fewer than `kMinPixels` usable
-/// pixels, or a constant channel (NCC undefined).
+/// Throws Error for a missing or non-finite image, a size that differs from the camera's, weights that are negative or not
+/// finite, fewer than `kMinPixels` usable pixels, or a constant channel (NCC undefined).
 [[nodiscard]] FixedChannels make_fixed_channels(const View& view, const Similarity& similarity);
 inline constexpr int kMinPixels = 32;  ///< below this, six pose parameters are not determined with any redundancy
 
 /// One DRR to its channels, the same filter as the fixed image. The oracle for every engine's filter.
 [[nodiscard]] std::vector<Image> moving_channels(const Image& drr, const Similarity& similarity);
 
-/// Sums in double, pixel by pixel. The oracle for every engine's sums.
+/// Sums in double, rows first, then over rows. The oracle for every engine's sums.
 [[nodiscard]] MomentSums moment_sums(const Image& fixed, const Image& moving, const Image& weights);
 
 /// Weighted normalized cross correlation in [-1, 1], [Ino06] eq. 1:

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "backends/registry.h"
@@ -14,7 +15,11 @@ namespace raylign::test {
 /// True where `name` is in RAYLIGN_REQUIRE_BACKENDS ("reference,cpu"): a test then fails instead of skipping.
 inline bool is_required(const std::string& name) {
     const char* list = std::getenv("RAYLIGN_REQUIRE_BACKENDS");
-    return list != nullptr && ("," + std::string(list) + ",").find("," + name + ",") != std::string::npos;
+    std::stringstream names(list == nullptr ? "" : list);
+    for (std::string entry; std::getline(names, entry, ',');) {
+        if (entry == name) return true;
+    }
+    return false;
 }
 
 }  // namespace raylign::test

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "core/image/image.h"
+
+namespace raylign {
+
+/// True where the image's dark border ends in a circle about the image's middle (a round field of view) or in a
+/// rectangle along the image's sides (a collimator): the detector's field rather than the outline of a body in dark
+/// air. Walks inwards from the border along rays until a pixel exceeds `dark_below`. Pixels of weight 0 count as dark;
+/// empty weights = all ones.
+[[nodiscard]] bool dark_border_frames_field(const Image& image, const Image& weights, float dark_below);
+
+}  // namespace raylign
