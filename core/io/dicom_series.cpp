@@ -1,7 +1,5 @@
 #include "core/io/dicom_series.h"
 
-#include <gdcmScanner.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,43 +7,23 @@
 #include <optional>
 
 #include "core/error.h"
-#include "core/io/file_format.h"
-#include "core/io/quiet_itk.h"
+#include "core/io/dicom_tags.h"
 #include "core/io/text.h"
 
 namespace raylign::detail {
 namespace {
 
-const gdcm::Tag kSeriesUid(0x0020, 0x000e), kSeriesDescription(0x0008, 0x103e), kSeriesNumber(0x0020, 0x0011),
-    kPosition(0x0020, 0x0032), kOrientation(0x0020, 0x0037), kPixelSpacing(0x0028, 0x0030), kRows(0x0028, 0x0010),
-    kColumns(0x0028, 0x0011);
+constexpr std::uint32_t kStorageClass = 0x00020002, kSeriesDescription = 0x0008103e, kSeriesUid = 0x0020000e,
+                        kSeriesNumber = 0x00200011, kPosition = 0x00200032, kOrientation = 0x00200037,
+                        kPixelSpacing = 0x00280030, kRows = 0x00280010, kColumns = 0x00280011;
 
-std::string tag_text(const gdcm::Scanner& scanner, const std::string& file, const gdcm::Tag& tag) {
-    const char* value = scanner.GetValue(file.c_str(), tag);
-    return value == nullptr ? std::string() : std::string(trimmed(value));
-}
-
-/// Numbers separated by backslashes; empty unless there are `count` of them.
-std::vector<double> tag_numbers(const gdcm::Scanner& scanner, const std::string& file, const gdcm::Tag& tag,
-                                std::size_t count) {
-    std::vector<double> numbers;
-    for (const std::string_view part : split(tag_text(scanner, file, tag), '\\')) {
-        const std::optional<double> number = number_from(part);
-        if (number && std::isfinite(*number)) numbers.push_back(*number);
-    }
-    if (numbers.size() != count) numbers.clear();
-    return numbers;
-}
-
-DicomSlice slice_of(const gdcm::Scanner& scanner, const std::string& file) {
+DicomSlice slice_of(const DicomTags& tags, const std::string& file) {
     DicomSlice slice;
     slice.path = file;
-    const std::vector<double> rows = tag_numbers(scanner, file, kRows, 1);
-    const std::vector<double> columns = tag_numbers(scanner, file, kColumns, 1);
-    if (!rows.empty() && !columns.empty()) slice.size = {static_cast<int>(columns[0]), static_cast<int>(rows[0])};
-    const std::vector<double> position = tag_numbers(scanner, file, kPosition, 3);
-    const std::vector<double> axes = tag_numbers(scanner, file, kOrientation, 6);
-    const std::vector<double> pitch = tag_numbers(scanner, file, kPixelSpacing, 2);
+    slice.size = {static_cast<int>(tags.number(kColumns, 0)), static_cast<int>(tags.number(kRows, 0))};
+    const std::vector<double> position = tags.numbers(kPosition, 3);
+    const std::vector<double> axes = tags.numbers(kOrientation, 6);
+    const std::vector<double> pitch = tags.numbers(kPixelSpacing, 2);
     slice.has_place = !position.empty() && !axes.empty() && !pitch.empty();
     if (!slice.has_place) return slice;
     slice.position_mm = {position[0], position[1], position[2]};
@@ -53,6 +31,12 @@ DicomSlice slice_of(const gdcm::Scanner& scanner, const std::string& file) {
     slice.axis_y = {axes[3], axes[4], axes[5]};
     slice.pitch_mm = {pitch[1], pitch[0]};  // DICOM gives row spacing (along y) first
     return slice;
+}
+
+/// CT Image Storage, Enhanced CT Image Storage, or a file cut off before it says what it is.
+bool must_have_pixels(std::string_view storage_class) {
+    return storage_class.empty() || storage_class == "1.2.840.10008.5.1.4.1.1.2" ||
+           storage_class == "1.2.840.10008.5.1.4.1.1.2.1";
 }
 
 std::vector<std::string> files_in(const std::filesystem::path& folder) {
@@ -68,8 +52,8 @@ std::string list_of(const DicomFolder& found) {
     std::string list;
     for (std::size_t i = 0; i < found.series.size(); ++i) {
         const DicomSeries& series = found.series[i];
-        list += "\n  " + std::to_string(i + 1) + ": " + series.uid + " \"" + series.description + "\", " +
-                std::to_string(series.slices.size()) + " slices";
+        list += "\n  " + std::to_string(i + 1) + ": " + (series.uid.empty() ? "(no UID)" : series.uid) + " \"" +
+                series.description + "\", " + std::to_string(series.slices.size()) + " slices";
     }
     return list;
 }
@@ -80,15 +64,18 @@ void check_alike(const DicomSlice& slice, const DicomSlice& first) {
     constexpr double kTolerance = 1e-3;
     const std::string name = slice.path.string(), first_name = first.path.string();
     if (!slice.has_place) {
-        throw Error(name + " does not say where its slice lies (ImagePositionPatient, ImageOrientationPatient, PixelSpacing)");
+        throw Error(name +
+                    " does not say where its slice lies (ImagePositionPatient, ImageOrientationPatient, PixelSpacing)");
     }
     if (slice.size != first.size) {
         throw bad_value("slice size", std::to_string(slice.size.x()) + " x " + std::to_string(slice.size.y()),
                         "like that of " + first_name + ", " + std::to_string(first.size.x()) + " x " +
-                            std::to_string(first.size.y()), name);
+                            std::to_string(first.size.y()),
+                        name);
     }
     const double turned = std::max((slice.axis_x - first.axis_x).norm(), (slice.axis_y - first.axis_y).norm());
-    if (!(turned < kTolerance)) throw Error("orientation of " + name + " differs from that of " + first_name + ": must be one stack");
+    if (!(turned < kTolerance))
+        throw Error("orientation of " + name + " differs from that of " + first_name + ": must be one stack");
     if (!((slice.pitch_mm - first.pitch_mm).norm() < kTolerance)) {
         throw Error("pixel spacing of " + name + " differs from that of " + first_name + ": must be one stack");
     }
@@ -103,7 +90,8 @@ double checked_spacing_mm(const std::vector<DicomSlice>& slices, const Eigen::Ve
     std::vector<double> sorted = gaps_mm;
     std::ranges::sort(sorted);
     const double usual_mm = sorted[sorted.size() / 2];
-    const double tolerance_mm = std::max(0.01, 0.02 * usual_mm);  // positions are rounded to 0.001 to 0.01 mm in many files
+    const double tolerance_mm =
+        std::max(0.01, 0.02 * usual_mm);  // positions are rounded to 0.001 to 0.01 mm in many files
     for (std::size_t i = 0; i < gaps_mm.size(); ++i) {
         if (gaps_mm[i] > 1e-3 && std::abs(gaps_mm[i] - usual_mm) <= tolerance_mm) continue;
         const std::string between = "between " + slices[i].path.string() + " and " + slices[i + 1].path.string();
@@ -122,41 +110,33 @@ void check_not_askew(const std::vector<DicomSlice>& slices, const Eigen::Vector3
     const Eigen::Vector3d along = slices.back().position_mm - slices.front().position_mm;
     const double cosine = along.normalized().dot(normal);
     if (cosine < kLeastCosine) {
-        throw bad_value("gantry tilt", number_text(std::acos(std::min(1.0, cosine)) * 180 / 3.14159265358979) + " degrees",
-                        "0: resample the series to a rectangular grid first", slices.front().path.parent_path().string());
+        throw bad_value(
+            "gantry tilt", number_text(std::acos(std::min(1.0, cosine)) * 180 / 3.14159265358979) + " degrees",
+            "0: resample the series to a rectangular grid first", slices.front().path.parent_path().string());
     }
 }
 
 }  // namespace
 
 DicomFolder scan_dicom_folder(const std::filesystem::path& folder) {
-    const QuietItk quiet;
     const std::vector<std::string> files = files_in(folder);
-    gdcm::Scanner scanner;
-    for (const gdcm::Tag& tag : {kSeriesUid, kSeriesDescription, kSeriesNumber, kPosition, kOrientation, kPixelSpacing,
-                                 kRows, kColumns}) {
-        scanner.AddTag(tag);
-    }
-    scanner.Scan(files);
     std::map<std::string, DicomSeries> by_uid;
     DicomFolder found;
     for (const std::string& file : files) {
-        if (!scanner.IsKey(file.c_str())) {
-            if (has_dicom_mark(file)) throw Error(file + " is a DICOM file that is damaged or truncated");
-            ++found.ignored_files;
+        const std::optional<DicomTags> tags = read_dicom_tags(file);
+        if (tags && !tags->has_pixels && must_have_pixels(tags->text(kStorageClass))) {
+            throw Error(file + " is a DICOM image without pixels: damaged or truncated");
+        }
+        if (!tags || !tags->has_pixels) {
+            ++found.ignored_files;  // other files, DICOMDIR, structure sets, reports
             continue;
         }
-        const std::string uid = tag_text(scanner, file, kSeriesUid);
-        const DicomSlice slice = slice_of(scanner, file);
-        if (uid.empty() || slice.size.minCoeff() < 1) {
-            ++found.ignored_files;  // DICOMDIR, structure sets, reports
-            continue;
-        }
-        DicomSeries& series = by_uid[uid];
+        const std::string uid = tags->text(kSeriesUid);
+        DicomSeries& series = by_uid[uid];  // anonymisers empty the UID: such files make one series
         series.uid = uid;
-        series.description = tag_text(scanner, file, kSeriesDescription);
-        series.number = number_from(tag_text(scanner, file, kSeriesNumber)).value_or(0);
-        series.slices.push_back(slice);
+        series.description = tags->text(kSeriesDescription);
+        series.number = tags->number(kSeriesNumber, 0);
+        series.slices.push_back(slice_of(*tags, file));
     }
     for (auto& [uid, series] : by_uid) found.series.push_back(std::move(series));
     std::ranges::stable_sort(found.series, {}, &DicomSeries::number);
@@ -167,7 +147,8 @@ DicomFolder scan_dicom_folder(const std::filesystem::path& folder) {
     return found;
 }
 
-const DicomSeries& choose_series(const DicomFolder& found, const std::string& choice, const std::filesystem::path& folder) {
+const DicomSeries& choose_series(const DicomFolder& found, const std::string& choice,
+                                 const std::filesystem::path& folder) {
     if (choice.empty()) {
         if (found.series.size() == 1) return found.series.front();
         throw Error(folder.string() + " holds " + std::to_string(found.series.size()) +

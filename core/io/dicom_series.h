@@ -16,7 +16,8 @@ struct DicomSlice {
     Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
     Eigen::Vector3d axis_x = Eigen::Vector3d::Zero(), axis_y = Eigen::Vector3d::Zero();
     Eigen::Vector2d pitch_mm = Eigen::Vector2d::Zero();
-    bool has_place = false;  ///< false: position, orientation or pixel spacing is missing (a multi-frame file's are elsewhere)
+    bool has_place =
+        false;  ///< false: position, orientation or pixel spacing is missing (a multi-frame file's are elsewhere)
 };
 
 struct DicomSeries {
@@ -30,12 +31,12 @@ struct DicomFolder {
     std::size_t ignored_files = 0;    ///< not DICOM, or DICOM without an image
 };
 
-/// Reads the tags of every file in the folder (not of sub-folders). Throws Error for a folder without DICOM images and for a
-/// DICOM file that is cut off within its tags.
+/// Reads the tags of every file in the folder (not of sub-folders). Throws Error for a folder without DICOM images and
+/// for a DICOM file that is cut off within its tags.
 [[nodiscard]] DicomFolder scan_dicom_folder(const std::filesystem::path& folder);
 
-/// The series named by `choice`: its UID or its number in the list, from 1; "" where there is but one. Throws Error listing
-/// them (UID, description, slices).
+/// The series named by `choice`: its UID or its number in the list, from 1; "" where there is but one. Throws Error
+/// listing them (UID, description, slices).
 [[nodiscard]] const DicomSeries& choose_series(const DicomFolder& found, const std::string& choice,
                                                const std::filesystem::path& folder);
 

@@ -37,12 +37,18 @@ constexpr std::array<std::pair<std::string_view, FileFormat>, 15> kExtensions = 
 
 std::string format_name(FileFormat format) {
     switch (format) {
-        case FileFormat::nifti: return "NIfTI";
-        case FileFormat::meta: return "MetaImage";
-        case FileFormat::nrrd: return "NRRD";
-        case FileFormat::tiff: return "TIFF";
-        case FileFormat::png: return "PNG";
-        case FileFormat::dicom: return "DICOM";
+        case FileFormat::nifti:
+            return "NIfTI";
+        case FileFormat::meta:
+            return "MetaImage";
+        case FileFormat::nrrd:
+            return "NRRD";
+        case FileFormat::tiff:
+            return "TIFF";
+        case FileFormat::png:
+            return "PNG";
+        case FileFormat::dicom:
+            return "DICOM";
     }
     return {};
 }

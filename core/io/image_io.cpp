@@ -56,7 +56,9 @@ RawXray read_xray(const std::filesystem::path& path) {
     RawXray xray;
     xray.image = Image(raster.size[0], raster.size[1]);
     detail::with_pixels(raster, [&](const auto* pixels) {
-        for (std::size_t i = 0; i < xray.image.pixels.size(); ++i) xray.image.pixels[i] = static_cast<float>(pixels[i]);
+        for (std::size_t i = 0; i < xray.image.pixels.size(); ++i) {
+            xray.image.pixels[i] = static_cast<float>(raster.file_value(static_cast<double>(pixels[i])));
+        }
     });
     xray.integer_pixels = detail::is_integer(raster.type);
     xray.max_representable = max_representable(raster);

@@ -14,7 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Keeps the keys of the objects that are open while parsing: JSON allows a key twice and parsers keep the last, silently.
+/// Keeps the keys of the objects that are open while parsing: JSON allows a key twice and parsers keep the last,
+/// silently.
 class DuplicateKeys {
 public:
     bool operator()(int, json::parse_event_t event, json& parsed) {
@@ -81,9 +82,8 @@ json read_json(const std::filesystem::path& path) {
     DuplicateKeys keys;
     json parsed;
     try {
-        parsed = json::parse(file, [&](int depth, json::parse_event_t event, json& value) {
-            return keys(depth, event, value);
-        });
+        parsed = json::parse(
+            file, [&](int depth, json::parse_event_t event, json& value) { return keys(depth, event, value); });
     } catch (const json::exception& failure) {
         throw Error(path.string() + " is not valid JSON: " + reason(failure));
     }

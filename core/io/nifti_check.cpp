@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <Eigen/Core>
 #include <memory>
 #include <span>
 #include <string>
@@ -49,7 +49,7 @@ struct Header {
     std::array<float, 3> spacing{};
     Eigen::Matrix3d sform;
     double data_offset = 0;
-    std::uint64_t voxels = 1;
+    std::uint64_t voxels = 1, voxel_bytes = 1;
 };
 
 Header parse(std::span<const std::byte> bytes, const std::string& name) {
@@ -68,6 +68,10 @@ Header parse(std::span<const std::byte> bytes, const std::string& name) {
         header.voxels *= static_cast<std::uint64_t>(n);
     }
     header.datatype = value_at<std::int16_t>(bytes, 70, header.swapped);
+    const auto bits = value_at<std::int16_t>(bytes, 72, header.swapped);
+    if (bits < 8 || bits > 256 || bits % 8 != 0)
+        throw bad_value("bitpix", std::to_string(bits), "8, 16, 32 or 64", name);
+    header.voxel_bytes = static_cast<std::uint64_t>(bits) / 8;
     for (std::size_t i = 0; i < 3; ++i) header.spacing[i] = value_at<float>(bytes, 80 + 4 * i, header.swapped);
     header.data_offset = value_at<float>(bytes, 108, header.swapped);
     header.sform_code = value_at<std::int16_t>(bytes, 254, header.swapped);
@@ -101,24 +105,28 @@ std::ptrdiff_t first_non_finite(std::span<const std::byte> bytes, bool swapped) 
     return -1;
 }
 
-void check_floats(gzFile_s* file, const Header& header, const std::string& name) {
-    const bool is_double = header.datatype == kFloat64;
-    const std::uint64_t voxel_bytes = is_double ? 8 : 4;
+std::ptrdiff_t first_non_finite(std::span<const std::byte> bytes, const Header& header) {
+    if (header.datatype == kFloat32) return first_non_finite<float>(bytes, header.swapped);
+    if (header.datatype == kFloat64) return first_non_finite<double>(bytes, header.swapped);
+    return -1;
+}
+
+/// Reads all voxels once. For .nii.gz this inflates the file a second time, about a second for a large CT.
+void check_voxels(gzFile_s* file, const Header& header, const std::string& name) {
     std::vector<std::byte> block(1 << 20);
-    std::uint64_t bytes_left = header.voxels * voxel_bytes;
+    std::uint64_t bytes_left = header.voxels * header.voxel_bytes;
     for (std::uint64_t done = 0; bytes_left > 0;) {
         const auto wanted = static_cast<unsigned>(std::min<std::uint64_t>(block.size(), bytes_left));
         if (gzread(file, block.data(), wanted) != static_cast<int>(wanted)) {
-            throw Error(name + " is truncated or damaged: its header states " + std::to_string(header.voxels) + " voxels");
+            throw Error(name + " is truncated or damaged: its header states " + std::to_string(header.voxels) +
+                        " voxels");
         }
-        const std::span<const std::byte> bytes(block.data(), wanted);
-        const std::ptrdiff_t bad = is_double ? first_non_finite<double>(bytes, header.swapped)
-                                             : first_non_finite<float>(bytes, header.swapped);
+        const std::ptrdiff_t bad = first_non_finite({block.data(), wanted}, header);
         if (bad >= 0) {
             throw bad_value("voxel number " + std::to_string(done + static_cast<std::uint64_t>(bad)), "NaN or Inf",
                             "finite", name);
         }
-        done += wanted / voxel_bytes;
+        done += wanted / header.voxel_bytes;
         bytes_left -= wanted;
     }
 }
@@ -144,12 +152,12 @@ void check_nifti(const std::filesystem::path& path) {
     }
     const Header header = parse(bytes, name);
     check_geometry(header, name);
-    const bool has_floats = header.datatype == kFloat32 || header.datatype == kFloat64;
-    if (!has_floats || !header.data_follows) return;
-    if (gzseek(file.get(), static_cast<z_off_t>(header.data_offset), SEEK_SET) < 0) {
+    const GzFile voxels = header.data_follows ? GzFile(nullptr, &gzclose) : open(path);
+    gzFile_s* data = header.data_follows ? file.get() : voxels.get();
+    if (gzseek(data, static_cast<z_off_t>(header.data_offset), SEEK_SET) < 0) {
         throw Error(name + " is truncated or damaged before its first voxel");
     }
-    check_floats(file.get(), header, name);
+    check_voxels(data, header, name);
 }
 
 }  // namespace raylign::detail

@@ -122,7 +122,8 @@ void OutputFolder::commit() {
         Replacement one{folder_ / name, kept / name};
         std::error_code failure;
         if (fs::exists(one.target)) {
-            // Where the file system has no hard links the older file cannot be brought back; the rename itself stays atomic.
+            // Where the file system has no hard links the older file cannot be brought back; the rename itself stays
+            // atomic.
             fs::create_hard_link(one.target, one.older, failure);
             one.has_older = !failure;
         }
@@ -144,7 +145,8 @@ void write_text(const fs::path& path, std::string_view text) {
 
 std::string sha256_of_file(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
-    if (!file || fs::is_directory(path)) throw Error(path.string() + " cannot be read: " + detail::system_reason(errno));
+    if (!file || fs::is_directory(path))
+        throw Error(path.string() + " cannot be read: " + detail::system_reason(errno));
     const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> hash(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
     EVP_DigestInit_ex(hash.get(), EVP_sha256(), nullptr);
     std::vector<char> block(1 << 20);

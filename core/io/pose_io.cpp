@@ -1,9 +1,6 @@
 #include "core/io/pose_io.h"
 
-// ITK's headers bring an Eigen of their own, of another version; two in one program break its one-definition rule (and do not
-// compile together). Taking the place of itk_eigen.h points them to ours.
-#define itk_eigen_h
-#define ITK_EIGEN(header) <Eigen/header>
+#include "core/io/one_eigen.h"
 
 #include <itkHDF5TransformIO.h>
 #include <itkMatrixOffsetTransformBase.h>

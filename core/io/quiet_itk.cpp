@@ -1,5 +1,6 @@
 #include "core/io/quiet_itk.h"
 
+#include <H5Epublic.h>
 #include <gdcmTrace.h>
 #include <itkObject.h>
 
@@ -25,6 +26,8 @@ struct QuietItk::State {
     bool gdcm_debug = gdcm::Trace::GetDebugFlag();
     bool gdcm_warning = gdcm::Trace::GetWarningFlag();
     bool gdcm_error = gdcm::Trace::GetErrorFlag();
+    H5E_auto2_t hdf5_handler = nullptr;
+    void* hdf5_data = nullptr;
 };
 
 QuietItk::QuietItk() : state_(std::make_unique<State>()) {
@@ -33,6 +36,8 @@ QuietItk::QuietItk() : state_(std::make_unique<State>()) {
     gdcm::Trace::SetDebug(false);
     gdcm::Trace::SetWarning(false);
     gdcm::Trace::SetError(false);
+    H5Eget_auto2(H5E_DEFAULT, &state_->hdf5_handler, &state_->hdf5_data);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
 QuietItk::~QuietItk() {
@@ -41,6 +46,7 @@ QuietItk::~QuietItk() {
     gdcm::Trace::SetDebug(state_->gdcm_debug);
     gdcm::Trace::SetWarning(state_->gdcm_warning);
     gdcm::Trace::SetError(state_->gdcm_error);
+    H5Eset_auto2(H5E_DEFAULT, state_->hdf5_handler, state_->hdf5_data);
 }
 
 std::string QuietItk::text() const { return one_line(state_->captured.str()); }

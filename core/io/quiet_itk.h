@@ -10,9 +10,9 @@ class ExceptionObject;
 
 namespace raylign::detail {
 
-/// While it lives, ITK, MetaIO and GDCM print nothing: the library's errors are exceptions. What goes to std::cerr meanwhile
-/// (MetaIO's only channel for some faults) is kept in text(). It swaps process-wide settings and puts them back, so threads
-/// of the caller that write to std::cerr at the same time lose their text.
+/// While it lives, ITK, MetaIO, GDCM and HDF5 print nothing: the library's errors are exceptions. What goes to
+/// std::cerr meanwhile (MetaIO's only channel for some faults) is kept in text(). It swaps process-wide settings and
+/// puts them back, so threads of the caller that write to std::cerr at the same time lose their text.
 class QuietItk {
 public:
     QuietItk();

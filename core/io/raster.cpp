@@ -1,5 +1,7 @@
 #include "core/io/raster.h"
 
+#include "core/io/one_eigen.h"
+
 #include <itkGDCMImageIO.h>
 #include <itkImageIOBase.h>
 #include <itkMetaDataObject.h>
@@ -8,11 +10,14 @@
 #include <itkNrrdImageIO.h>
 #include <itkPNGImageIO.h>
 
-#include <array>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <new>
+#include <stdexcept>
 #include <utility>
 
+#include "core/io/dicom_tags.h"
 #include "core/io/nifti_check.h"
 #include "core/io/quiet_itk.h"
 #include "core/io/temporary_file.h"
@@ -26,12 +31,18 @@ using itk::ImageIOBase;
 
 ImageIOBase::Pointer make_image_io(FileFormat format) {
     switch (format) {
-        case FileFormat::nifti: return itk::NiftiImageIO::New().GetPointer();
-        case FileFormat::meta: return itk::MetaImageIO::New().GetPointer();
-        case FileFormat::nrrd: return itk::NrrdImageIO::New().GetPointer();
-        case FileFormat::png: return itk::PNGImageIO::New().GetPointer();
-        case FileFormat::dicom: return itk::GDCMImageIO::New().GetPointer();
-        case FileFormat::tiff: break;  // not through ITK, see tiff_file.h
+        case FileFormat::nifti:
+            return itk::NiftiImageIO::New().GetPointer();
+        case FileFormat::meta:
+            return itk::MetaImageIO::New().GetPointer();
+        case FileFormat::nrrd:
+            return itk::NrrdImageIO::New().GetPointer();
+        case FileFormat::png:
+            return itk::PNGImageIO::New().GetPointer();
+        case FileFormat::dicom:
+            return itk::GDCMImageIO::New().GetPointer();
+        case FileFormat::tiff:
+            break;  // not through ITK, see tiff_file.h
     }
     throw Error("no ITK reader for " + format_name(format));
 }
@@ -40,10 +51,14 @@ template <typename T>
 constexpr PixelType integer_type() {
     constexpr bool is_signed = std::numeric_limits<T>::is_signed;
     switch (sizeof(T)) {
-        case 1: return is_signed ? PixelType::i8 : PixelType::u8;
-        case 2: return is_signed ? PixelType::i16 : PixelType::u16;
-        case 4: return is_signed ? PixelType::i32 : PixelType::u32;
-        default: return is_signed ? PixelType::i64 : PixelType::u64;
+        case 1:
+            return is_signed ? PixelType::i8 : PixelType::u8;
+        case 2:
+            return is_signed ? PixelType::i16 : PixelType::u16;
+        case 4:
+            return is_signed ? PixelType::i32 : PixelType::u32;
+        default:
+            return is_signed ? PixelType::i64 : PixelType::u64;
     }
 }
 
@@ -51,45 +66,75 @@ using Component = itk::IOComponentEnum;
 
 PixelType pixel_type(Component component, const std::filesystem::path& path) {
     switch (component) {
-        case Component::UCHAR: return PixelType::u8;
-        case Component::CHAR: return PixelType::i8;
-        case Component::USHORT: return PixelType::u16;
-        case Component::SHORT: return PixelType::i16;
-        case Component::UINT: return PixelType::u32;
-        case Component::INT: return PixelType::i32;
-        case Component::ULONG: return integer_type<unsigned long>();
-        case Component::LONG: return integer_type<long>();
-        case Component::ULONGLONG: return PixelType::u64;
-        case Component::LONGLONG: return PixelType::i64;
-        case Component::FLOAT: return PixelType::f32;
-        case Component::DOUBLE: return PixelType::f64;
-        default: break;
+        case Component::UCHAR:
+            return PixelType::u8;
+        case Component::CHAR:
+            return PixelType::i8;
+        case Component::USHORT:
+            return PixelType::u16;
+        case Component::SHORT:
+            return PixelType::i16;
+        case Component::UINT:
+            return PixelType::u32;
+        case Component::INT:
+            return PixelType::i32;
+        case Component::ULONG:
+            return integer_type<unsigned long>();
+        case Component::LONG:
+            return integer_type<long>();
+        case Component::ULONGLONG:
+            return PixelType::u64;
+        case Component::LONGLONG:
+            return PixelType::i64;
+        case Component::FLOAT:
+            return PixelType::f32;
+        case Component::DOUBLE:
+            return PixelType::f64;
+        default:
+            break;
     }
-    throw bad_value("pixel type", ImageIOBase::GetComponentTypeAsString(component), "integers or floats of 8 to 64 bits",
-                    path.string());
+    throw bad_value("pixel type", ImageIOBase::GetComponentTypeAsString(component),
+                    "integers or floats of 8 to 64 bits", path.string());
 }
 
 Component component_of(PixelType type) {
     switch (type) {
-        case PixelType::u8: return Component::UCHAR;
-        case PixelType::i8: return Component::CHAR;
-        case PixelType::u16: return Component::USHORT;
-        case PixelType::i16: return Component::SHORT;
-        case PixelType::u32: return Component::UINT;
-        case PixelType::i32: return Component::INT;
-        case PixelType::u64: return Component::ULONGLONG;
-        case PixelType::i64: return Component::LONGLONG;
-        case PixelType::f32: return Component::FLOAT;
-        case PixelType::f64: return Component::DOUBLE;
+        case PixelType::u8:
+            return Component::UCHAR;
+        case PixelType::i8:
+            return Component::CHAR;
+        case PixelType::u16:
+            return Component::USHORT;
+        case PixelType::i16:
+            return Component::SHORT;
+        case PixelType::u32:
+            return Component::UINT;
+        case PixelType::i32:
+            return Component::INT;
+        case PixelType::u64:
+            return Component::ULONGLONG;
+        case PixelType::i64:
+            return Component::LONGLONG;
+        case PixelType::f32:
+            return Component::FLOAT;
+        case PixelType::f64:
+            return Component::DOUBLE;
     }
     return Component::UNKNOWNCOMPONENTTYPE;
 }
 
-void read_dicom_tags(const ImageIOBase& io, Raster& raster) {
+void take_dicom_tags(const ImageIOBase& io, Raster& raster) {
     std::string text;
     const itk::MetaDataDictionary& tags = io.GetMetaDataDictionary();
-    if (itk::ExposeMetaData(tags, "0028|0004", text)) raster.white_is_zero = trimmed(text) == "MONOCHROME1";
-    if (itk::ExposeMetaData(tags, "0028|0101", text)) raster.bits_stored = static_cast<int>(number_from(text).value_or(0));
+    const auto number = [&](const char* tag, double otherwise) {
+        return itk::ExposeMetaData(tags, tag, text) ? number_from(text).value_or(otherwise) : otherwise;
+    };
+    raster.bits_stored = static_cast<int>(number("0028|0101", 0));
+    if (!itk::ExposeMetaData(tags, "0028|0004", text) || trimmed(text) != "MONOCHROME1") return;
+    // GDCMImageIO turns MONOCHROME1 upside down: it stores 2^bits - 1 - pixel, then applies slope and intercept.
+    raster.white_is_zero = true;
+    raster.inverted_sum =
+        number("0028|1053", 1) * (std::ldexp(1.0, raster.bits_stored) - 1) + 2 * number("0028|1052", 0);
 }
 
 Raster header_of(const ImageIOBase& io, FileFormat format, const std::filesystem::path& path) {
@@ -109,8 +154,22 @@ Raster header_of(const ImageIOBase& io, FileFormat format, const std::filesystem
     }
     raster.type = pixel_type(io.GetComponentType(), path);
     raster.components = static_cast<int>(io.GetNumberOfComponents());
-    if (format == FileFormat::dicom) read_dicom_tags(io, raster);
+    if (format == FileFormat::dicom) take_dicom_tags(io, raster);
     return raster;
+}
+
+/// A damaged header may ask for any amount of memory. Packed pixels cannot be 1032 times smaller (deflate's limit);
+/// detached headers (.mhd, .nhdr) and DICOM's own compressions are held to the absolute limit only.
+void check_bytes(const Raster& raster, const std::filesystem::path& path) {
+    constexpr double kLargest = 1e12, kDeflateLimit = 1100;
+    double needed = static_cast<double>(bytes_of(raster.type)) * raster.components;
+    for (const int n : raster.size) needed *= n;
+    const std::string extension = lower_case(path.extension().string());
+    const bool is_whole = extension == ".mha" || extension == ".nrrd" || extension == ".png";
+    const auto file_bytes = static_cast<double>(std::filesystem::file_size(path));
+    if (needed <= (is_whole ? std::min(kLargest, kDeflateLimit * file_bytes) : kLargest)) return;
+    throw std::runtime_error("its header states " + size_text(raster.size) + " pixels, " + number_text(needed) +
+                             " bytes, and the file has " + number_text(file_bytes));
 }
 
 void set_whole_region(ImageIOBase& io) {
@@ -124,19 +183,25 @@ void read_pixels(ImageIOBase& io, const QuietItk& quiet, Raster& raster) {
     set_whole_region(io);
     io.Read(raster.bytes.data());
     // MetaIO reports short and undecodable data on std::cerr only, and goes on.
-    if (raster.format == FileFormat::meta && !quiet.text().empty()) throw Error(quiet.text());
+    if (raster.format == FileFormat::meta && !quiet.text().empty()) throw std::runtime_error(quiet.text());
 }
 
 Raster read_with_itk(const std::filesystem::path& path, FileFormat format,
                      const std::function<void(const Raster&)>& check) {
     if (format == FileFormat::nifti) check_nifti(path);
+    if (format == FileFormat::dicom) {
+        const std::optional<DicomTags> tags = read_dicom_tags(path);
+        if (!tags) throw std::runtime_error("DICOM's mark \"DICM\" is missing at byte 128");
+        if (!tags->has_pixels) throw std::runtime_error("it has no pixels");
+    }
     const ImageIOBase::Pointer io = make_image_io(format);
     const QuietItk quiet;
-    if (!io->CanReadFile(path.c_str())) throw Error("it does not begin like one");
+    if (!io->CanReadFile(path.c_str())) throw std::runtime_error("it does not begin like one");
     io->SetFileName(path.string());
     io->ReadImageInformation();
     Raster raster = header_of(*io, format, path);
     if (check) check(raster);
+    check_bytes(raster, path);
     read_pixels(*io, quiet, raster);
     return raster;
 }
@@ -169,47 +234,28 @@ auto with_errors(const std::string& what, Action&& action) {
         return action();
     } catch (const itk::ExceptionObject& failure) {
         throw Error(what + ": " + reason_of(failure));
+    } catch (const Error&) {
+        throw;
     } catch (const std::bad_alloc&) {
         throw Error(what + ": not enough memory for the size its header states");
     } catch (const std::length_error&) {
         throw Error(what + ": not enough memory for the size its header states");
+    } catch (const std::exception& failure) {
+        throw Error(what + ": " + failure.what());
     }
 }
 
 }  // namespace
 
-std::string pixel_type_name(PixelType type) {
-    constexpr std::array<const char*, 10> kNames = {"uint8", "int8",   "uint16", "int16",   "uint32",
-                                                    "int32", "uint64", "int64",  "float32", "float64"};
-    return kNames[static_cast<std::size_t>(type)];
-}
-
-bool is_integer(PixelType type) { return type != PixelType::f32 && type != PixelType::f64; }
-
-std::size_t bytes_of(PixelType type) {
-    constexpr std::array<std::size_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
-    return kBytes[static_cast<std::size_t>(type)];
-}
-
-std::size_t Raster::pixel_count() const {
-    std::size_t count = 1;
-    for (const int n : size) count *= static_cast<std::size_t>(n);
-    return count;
-}
-
-std::string size_text(std::span<const int> size) {
-    std::string text;
-    for (const int n : size) text += (text.empty() ? "" : " x ") + std::to_string(n);
-    return text;
-}
-
 Raster read_raster(const std::filesystem::path& path, const std::function<void(const Raster&)>& check) {
     check_readable_file(path);
     const std::optional<FileFormat> format = format_of(path);
     if (!format) {
-        throw bad_value("format", "unknown", "NIfTI, MHA/MHD, NRRD, TIFF, PNG or DICOM, by its extension", path.string());
+        throw bad_value("format", "unknown", "NIfTI, MHA/MHD, NRRD, TIFF, PNG or DICOM, by its extension",
+                        path.string());
     }
-    const std::string what = path.string() + " cannot be read as " + format_name(*format) + " (damaged, truncated or another format?)";
+    const std::string what =
+        path.string() + " cannot be read as " + format_name(*format) + " (truncated, damaged or another format?)";
     return with_errors(what, [&] {
         return *format == FileFormat::tiff ? read_tiff(path, check) : read_with_itk(path, *format, check);
     });
@@ -217,7 +263,8 @@ Raster read_raster(const std::filesystem::path& path, const std::function<void(c
 
 void write_raster(const std::filesystem::path& path, const Raster& raster) {
     TemporaryFile temporary(path);
-    const std::string what = path.string() + " cannot be written (is the disk full?)";
+    temporary.reserve(raster.bytes.size());
+    const std::string what = path.string() + " cannot be written";
     with_errors(what, [&] {
         if (raster.format == FileFormat::tiff) {
             write_tiff(temporary.path(), raster);

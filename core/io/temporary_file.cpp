@@ -1,7 +1,9 @@
 #include "core/io/temporary_file.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <system_error>
 
 #include "core/error.h"
@@ -23,6 +25,18 @@ TemporaryFile::TemporaryFile(const std::filesystem::path& target) : target_(targ
 TemporaryFile::~TemporaryFile() {
     std::error_code ignored;
     if (!committed_) std::filesystem::remove(path_, ignored);
+}
+
+void TemporaryFile::reserve(std::size_t bytes) const {
+    constexpr std::size_t kHeaderBytes = 65536;
+    const int file = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+    if (file < 0) throw Error(target_.string() + " cannot be written: " + system_reason(errno));
+    const int failure = ::posix_fallocate(file, 0, static_cast<off_t>(bytes + kHeaderBytes));
+    ::close(file);
+    // EINVAL, EOPNOTSUPP: the file system cannot tell; the writer and the read-back must.
+    if (failure != 0 && failure != EINVAL && failure != EOPNOTSUPP) {
+        throw Error(target_.string() + " cannot be written: " + system_reason(failure));
+    }
 }
 
 void TemporaryFile::commit() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -8,8 +9,8 @@ namespace raylign::detail {
 /// The system's words for an errno value, e.g. "No space left on device".
 [[nodiscard]] std::string system_reason(int error_number);
 
-/// A hidden name beside `target` with the same extension (formats are told by it). What was written there replaces `target`
-/// by commit(); without commit it is removed, and `target` stays as it was.
+/// A hidden name beside `target` with the same extension (formats are told by it). What was written there replaces
+/// `target` by commit(); without commit it is removed, and `target` stays as it was.
 class TemporaryFile {
 public:
     explicit TemporaryFile(const std::filesystem::path& target);
@@ -18,6 +19,10 @@ public:
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+    /// Takes room for `bytes` of data and some header, so that a full disk is found here, with the system's reason, and
+    /// not by a writer that prints or says nothing. Writers that truncate the file give the room back and take it
+    /// again.
+    void reserve(std::size_t bytes) const;
     /// Throws Error with the system's reason where the target cannot be replaced.
     void commit();
 

@@ -78,7 +78,10 @@ std::string_view closest(std::string_view word, std::span<const std::string_view
     std::string_view best;
     std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2) + 1;
     for (const std::string_view candidate : candidates) {
-        const std::size_t distance = edit_distance(lower_case(word), lower_case(candidate));
+        const std::string a = lower_case(word), b = lower_case(candidate);
+        // A forgotten unit ("sdd" for "sdd_mm") is the commonest slip.
+        const bool begins_alike = !a.empty() && (a.starts_with(b) || b.starts_with(a));
+        const std::size_t distance = begins_alike ? 1 : edit_distance(a, b);
         if (distance < best_distance) {
             best = candidate;
             best_distance = distance;

@@ -80,10 +80,12 @@ int count_pages(TIFF* file, const Page& first, const std::filesystem::path& path
     int pages = 1;
     for (; TIFFReadDirectory(file); ++pages) {
         if (page_of(file) == first) continue;
-        throw bad_value("page " + std::to_string(pages + 1), "of another size or pixel type", "like page 1", path.string());
+        throw bad_value("page " + std::to_string(pages + 1), "of another size or pixel type", "like page 1",
+                        path.string());
     }
     // A directory that does not parse ends the loop just like the last one does.
-    if (!TIFFLastDirectory(file)) throw Error(path.string() + ": page " + std::to_string(pages + 1) + " is damaged or cut off");
+    if (!TIFFLastDirectory(file))
+        throw Error(path.string() + ": page " + std::to_string(pages + 1) + " is damaged or cut off");
     if (!TIFFSetDirectory(file, 0)) throw Error(path.string() + ": page 1 cannot be read again");
     return pages;
 }
@@ -147,7 +149,8 @@ void check_data_size(TIFF* file, const std::filesystem::path& path) {
     const std::uint32_t parts = tiled ? TIFFNumberOfTiles(file) : TIFFNumberOfStrips(file);
     for (std::uint32_t i = 0; i < parts; ++i) {
         if (offsets[i] > file_size || counts[i] > file_size - offsets[i]) {
-            throw Error(path.string() + " is truncated: its pixels reach beyond its end at byte " + std::to_string(file_size));
+            throw Error(path.string() + " is truncated: its pixels reach beyond its end at byte " +
+                        std::to_string(file_size));
         }
     }
 }
@@ -162,7 +165,8 @@ Raster read_tiff(const std::filesystem::path& path, const std::function<void(con
     const int pages = count_pages(file.get(), page, path);
     Raster raster = header_of(page, pages, path);
     if (check) check(raster);
-    if (raster.components != 1) throw bad_value("samples per pixel", std::to_string(page.samples), "1 (grey)", path.string());
+    if (raster.components != 1)
+        throw bad_value("samples per pixel", std::to_string(page.samples), "1 (grey)", path.string());
     const std::size_t pixel_bytes = bytes_of(raster.type);
     const std::size_t page_bytes = std::size_t{page.width} * page.height * pixel_bytes;
     for (int i = 0; i < pages; ++i) {
@@ -194,7 +198,8 @@ void write_tiff(const std::filesystem::path& path, const Raster& raster) {
         TIFFSetField(file.get(), TIFFTAG_IMAGELENGTH, raster.size[1]);
         TIFFSetField(file.get(), TIFFTAG_BITSPERSAMPLE, static_cast<int>(8 * bytes_of(raster.type)));
         TIFFSetField(file.get(), TIFFTAG_SAMPLESPERPIXEL, 1);
-        TIFFSetField(file.get(), TIFFTAG_SAMPLEFORMAT, is_integer(raster.type) ? SAMPLEFORMAT_UINT : SAMPLEFORMAT_IEEEFP);
+        TIFFSetField(file.get(), TIFFTAG_SAMPLEFORMAT,
+                     is_integer(raster.type) ? SAMPLEFORMAT_UINT : SAMPLEFORMAT_IEEEFP);
         TIFFSetField(file.get(), TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
         TIFFSetField(file.get(), TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
         TIFFSetField(file.get(), TIFFTAG_ROWSPERSTRIP, raster.size[1]);

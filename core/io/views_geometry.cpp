@@ -15,11 +15,12 @@ RigidTransform camera_from_world(const JsonNode& view) {
     return rigid_from_matrix(node.matrix<4, 4>(), node.where());
 }
 
-Eigen::Vector2d principal_point_px(const JsonNode& camera, const Eigen::Vector2i& size_px, std::vector<std::string>& notes) {
+Eigen::Vector2d principal_point_px(const JsonNode& camera, const Eigen::Vector2i& size_px,
+                                   std::vector<std::string>& notes) {
     if (camera.has("principal_point_px")) return camera.at("principal_point_px").vector<2>();
     const Eigen::Vector2d middle = (size_px.cast<double>() - Eigen::Vector2d::Ones()) / 2;
-    notes.push_back(camera.place() + ".principal_point_px is not given: the image's middle, (" + number_text(middle.x()) +
-                    ", " + number_text(middle.y()) + "), is assumed");
+    notes.push_back(camera.place() + ".principal_point_px is not given: the image's middle, (" +
+                    number_text(middle.x()) + ", " + number_text(middle.y()) + "), is assumed");
     return middle;
 }
 
@@ -75,7 +76,8 @@ ViewGeometry from_c_arm(const JsonNode& view, std::vector<std::string>& notes) {
     c_arm.sad_mm = node.at("sad_mm").positive();
     c_arm.sdd_mm = node.at("sdd_mm").positive();
     if (c_arm.sdd_mm < c_arm.sad_mm) {
-        throw node.at("sdd_mm").error("at least sad_mm = " + number_text(c_arm.sad_mm) + " (the detector is behind the axis)");
+        throw node.at("sdd_mm").error("at least sad_mm = " + number_text(c_arm.sad_mm) +
+                                      " (the detector is behind the axis)");
     }
     c_arm.primary_angle_deg = angle_deg(node.at("primary_angle_deg"));
     c_arm.secondary_angle_deg = angle_deg(node.at("secondary_angle_deg"));

@@ -35,10 +35,12 @@ std::string read_name(const JsonNode& view) {
     const JsonNode node = view.at("name");
     std::string name = node.string();
     const auto is_plain = [](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_' || c == '-' || c == '.';
+        return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_' || c == '-' ||
+               c == '.';
     };
     if (name.empty() || name.size() > kLongest || name.front() == '.' || !std::ranges::all_of(name, is_plain)) {
-        throw node.error("1 to 64 letters, digits, '_', '-' or '.', not beginning with '.' (it becomes part of file names)");
+        throw node.error(
+            "1 to 64 letters, digits, '_', '-' or '.', not beginning with '.' (it becomes part of file names)");
     }
     return name;
 }
@@ -57,8 +59,8 @@ Image read_mask(const std::filesystem::path& path) {
 
 std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
-void check_size(const char* what, const Image& image, const Eigen::Vector2i& camera_px, const std::filesystem::path& path,
-                const JsonNode& view) {
+void check_size(const char* what, const Image& image, const Eigen::Vector2i& camera_px,
+                const std::filesystem::path& path, const JsonNode& view) {
     if (image.empty() || (image.width == camera_px.x() && image.height == camera_px.y())) return;
     throw bad_value(std::string("size of the ") + what + " " + path.string(), size_text(image.width, image.height),
                     "the camera's size_px, " + size_text(camera_px.x(), camera_px.y()), view.where());
@@ -91,8 +93,8 @@ ViewFiles read_files(const JsonNode& view, const std::filesystem::path& folder, 
 }
 
 View read_view(const JsonNode& node, const std::filesystem::path& folder, ReadImages images, ViewsFile& result) {
-    node.allow_keys({"name", "image", "mask", "intensity", "camera", "camera_from_world", "projection_matrix", "size_px",
-                     "intrinsics", "sdd_mm", "c_arm"});
+    node.allow_keys({"name", "image", "mask", "intensity", "camera", "camera_from_world", "projection_matrix",
+                     "size_px", "intrinsics", "sdd_mm", "c_arm"});
     View view;
     view.name = read_name(node);
     const IntensitySettings intensity = read_intensity(node);

@@ -1,5 +1,6 @@
 #include "core/io/volume_io.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,7 +22,8 @@ using detail::Raster;
 class Converter {
 public:
     Converter(const VolumeReadOptions& options, VoxelGrid grid)
-        : options_(options), preset_(options.hu_preset.empty() ? hu_presets().front() : hu_preset(options.hu_preset)),
+        : options_(options),
+          preset_(options.hu_preset.empty() ? hu_presets().front() : hu_preset(options.hu_preset)),
           grid_(std::move(grid)) {
         voxels_.reserve(static_cast<std::size_t>(grid_.voxel_count()));
     }
@@ -29,7 +31,9 @@ public:
     /// Appends the pixels of `raster`, one plane or all, in the file's order.
     void append(const Raster& raster, const std::filesystem::path& path) {
         detail::with_pixels(raster, [&](const auto* pixels) {
-            for (std::size_t i = 0; i < raster.pixel_count(); ++i) append(static_cast<double>(pixels[i]), path);
+            for (std::size_t i = 0; i < raster.pixel_count(); ++i) {
+                append(raster.file_value(static_cast<double>(pixels[i])), path);
+            }
         });
     }
 
@@ -79,8 +83,9 @@ void Converter::describe(detail::PixelType type, std::vector<std::string>& notes
     if (lowest_ + options_.hu_offset >= 0 && highest_ < 1) {
         notes.push_back("no voxel reaches 1 HU: if the file holds 1/mm already, say so (--attenuation)");
     } else if (lowest_ + options_.hu_offset > -500) {
-        notes.push_back("no voxel is as thin as air (-1000 HU): if the file holds HU plus an offset, such as 1024, air will "
-                        "attenuate here");
+        notes.push_back(
+            "no voxel is as thin as air (-1000 HU): if the file holds HU plus an offset, such as 1024, air will "
+            "attenuate here");
     }
 }
 
@@ -91,8 +96,10 @@ void check_volume(const Raster& raster, const std::filesystem::path& path) {
     }
     const bool is_slice = raster.size.size() < 3 || (raster.format == detail::FileFormat::dicom && raster.size[2] == 1);
     if (is_slice) {
-        throw bad_value("size", size, std::string("3-D (this is a 2-D image") +
-                        (raster.format == detail::FileFormat::dicom ? "; for a series give its folder)" : ")"), path.string());
+        throw bad_value("size", size,
+                        std::string("3-D (this is a 2-D image") +
+                            (raster.format == detail::FileFormat::dicom ? "; for a series give its folder)" : ")"),
+                        path.string());
     }
     for (std::size_t axis = 3; axis < raster.size.size(); ++axis) {
         if (raster.size[axis] > 1) throw bad_value("size", size, "3-D, one time point", path.string());
@@ -102,8 +109,8 @@ void check_volume(const Raster& raster, const std::filesystem::path& path) {
 void check_and_square(VoxelGrid& grid, const std::string& where) {
     for (int axis = 0; axis < 3; ++axis) {
         if (grid.spacing_mm[axis] > 0 && std::isfinite(grid.spacing_mm[axis])) continue;
-        throw bad_value("voxel spacing along " + std::string(1, "xyz"[axis]), number_text(grid.spacing_mm[axis]) + " mm",
-                        "positive", where);
+        throw bad_value("voxel spacing along " + std::string(1, "xyz"[axis]),
+                        number_text(grid.spacing_mm[axis]) + " mm", "positive", where);
     }
     if (!grid.origin_mm.allFinite()) throw bad_value("origin", "not finite", "finite", where);
     constexpr double kTolerance = 1e-4;  // as for poses: text headers carry few digits
@@ -127,7 +134,8 @@ VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const 
     }
     grid.direction = raster.direction.topLeftCorner<3, 3>();
     if (raster.format == detail::FileFormat::tiff) {
-        if (!options.spacing_mm) throw Error(path.string() + ": a TIFF does not say its voxel size: give --spacing X,Y,Z (mm)");
+        if (!options.spacing_mm)
+            throw Error(path.string() + ": a TIFF does not say its voxel size: give --spacing X,Y,Z (mm)");
         grid.spacing_mm = *options.spacing_mm;
     } else if (options.spacing_mm) {
         throw Error(path.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
@@ -137,7 +145,8 @@ VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const 
 }
 
 void note_mirror(const VoxelGrid& grid, std::vector<std::string>& notes) {
-    if (grid.direction.determinant() < 0) notes.emplace_back("the voxel axes are left-handed (direction matrix of determinant -1)");
+    if (grid.direction.determinant() < 0)
+        notes.emplace_back("the voxel axes are left-handed (direction matrix of determinant -1)");
 }
 
 VolumeFile read_file(const std::filesystem::path& path, const VolumeReadOptions& options) {
@@ -161,12 +170,14 @@ VolumeFile read_file(const std::filesystem::path& path, const VolumeReadOptions&
 VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOptions& options) {
     const detail::DicomFolder found = detail::scan_dicom_folder(folder);
     detail::DicomSeries series = detail::choose_series(found, options.series, folder);
-    if (options.spacing_mm) throw Error(folder.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
+    if (options.spacing_mm)
+        throw Error(folder.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
     VolumeFile file;
     file.notes.push_back("DICOM series " + series.uid + " \"" + series.description + "\", " +
                          std::to_string(series.slices.size()) + " files");
     if (found.ignored_files > 0) {
-        file.notes.push_back(std::to_string(found.ignored_files) + " files of the folder are no DICOM images and were ignored");
+        file.notes.push_back(std::to_string(found.ignored_files) +
+                             " files of the folder are no DICOM images and were ignored");
     }
     if (series.slices.size() == 1) {  // one multi-frame file, or an error that says what is wrong with one slice
         VolumeFile single = read_file(series.slices.front().path, options);
@@ -181,7 +192,8 @@ VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOpti
         const Raster raster = detail::read_raster(slice.path);
         const auto plane = static_cast<std::size_t>(grid.size.x()) * static_cast<std::size_t>(grid.size.y());
         if (raster.pixel_count() != plane || raster.components != 1) {
-            throw bad_value("slice", detail::size_text(raster.size) + ", " + std::to_string(raster.components) + " components",
+            throw bad_value("slice",
+                            detail::size_text(raster.size) + ", " + std::to_string(raster.components) + " components",
                             "one grey plane as its tags say", slice.path.string());
         }
         converter.append(raster, slice.path);
