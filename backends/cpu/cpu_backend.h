@@ -11,6 +11,7 @@ namespace raylign {
 struct CpuOptions {
     int threads = 0;              ///< 0 = all cores this process may use; in [0, 1024]
     std::string instruction_set;  ///< "" = the environment's RAYLIGN_INSTRUCTION_SET, else the best that the processor has
+    std::string storage = "float32";  ///< or "int16": half the memory, voxels rounded to max / 32767 (see volume_layout.h)
 };
 
 /// Instruction sets that this build has a kernel for, best first, and whether this processor has them.

@@ -1,0 +1,227 @@
+#include "backends/cpu/cpu_session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "core/geometry/dominant_axis.h"
+#include "core/image/gradient_filter.h"
+
+namespace raylign::cpu {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Images that are in work at once where threads share them: 64 MiB of floats at most.
+constexpr std::size_t kImagesInWork = std::size_t{16} << 20;
+
+/// The axis that the first view looks along at the identity pose: its layout is the one made first.
+int first_axis(const Scene& scene) {
+    const ViewGeometry& view = scene.views.front().geometry;
+    const RayFrame frame = make_ray_frame(scene.volume.grid, view, {});
+    const Eigen::Vector2d centre = (view.camera.size_px.cast<double>() - Eigen::Vector2d::Ones()) / 2;
+    return dominant_axis(frame.ray_voxel(centre.x(), centre.y()));
+}
+
+}  // namespace
+
+CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStorage storage, int threads)
+    : Session(scene),
+      kernels_(kernels),
+      storage_(storage),
+      workers_(threads),
+      grid_(scene.volume.grid),
+      render_(scene.render),
+      step_mm_(trilinear_step_mm(scene.render, scene.volume.grid)),
+      channels_(channel_count()) {
+    const auto start = Clock::now();
+    if (scene.similarity.metric == Metric::gc) {
+        const GradientTaps taps = gradient_taps(scene.similarity.filter);
+        radius_ = taps.radius_px;
+        smooth_.assign(taps.smooth.begin() + radius_, taps.smooth.end());
+        derivative_.assign(taps.derivative.begin() + radius_, taps.derivative.end());
+    }
+    std::ptrdiff_t widest = 0;
+    for (std::size_t i = 0; i < scene.views.size(); ++i) {
+        views_.push_back(make_view_plan(scene.views[i].geometry.camera.size_px));
+        if (!fixed().empty()) add_fixed(views_.back(), fixed()[i], radius_);
+        image_floats_ = std::max(image_floats_, views_.back().image_floats());
+        bands_ = std::max(bands_, static_cast<std::size_t>(views_.back().bands()));
+        widest = std::max(widest, views_.back().stride);
+    }
+    slots_.resize(workers_.threads());
+    for (Slot& slot : slots_) {
+        slot.cast_scratch = PageBuffer(kernels_.scratch_bytes, "a thread's rays");
+        if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(widest, radius_), 0.F);
+    }
+    const Eigen::Vector3i& n = grid_.size;
+    const VolumeLayout::Source source{scene.volume.attenuation_per_mm.data(), kFloat32, 1,
+                                      {1, n.x(), static_cast<std::ptrdiff_t>(n.x()) * n.y()},
+                                      {n.x(), n.y(), n.z()}};
+    const int axis = render_.projector == Projector::trilinear ? 2 : first_axis(scene);
+    layouts_[axis] = std::make_unique<VolumeLayout>(source, axis, storage_, workers_);
+    timing_.prepare_s += seconds_since(start);
+}
+
+std::size_t CpuSession::volume_bytes() const {
+    std::size_t bytes = 0;
+    for (const auto& layout : layouts_) bytes += layout ? layout->bytes() : 0;
+    return bytes;
+}
+
+void CpuSession::make_layout(int axis) {
+    if (layouts_[axis]) return;
+    const auto start = Clock::now();
+    for (const auto& made : layouts_) {
+        if (!made) continue;
+        layouts_[axis] = std::make_unique<VolumeLayout>(made->as_source(), axis, storage_, workers_);
+        break;
+    }
+    timing_.prepare_s += seconds_since(start);
+}
+
+/// Most poses need one or two of the three layouts, so they are made when a ray first asks for them.
+void CpuSession::make_layouts_for(const RayFrame& frame) {
+    if (render_.projector == Projector::trilinear || (layouts_[0] && layouts_[1] && layouts_[2])) return;
+    const unsigned axes = axes_met(frame, views_[frame.view].size_px);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (axes >> axis & 1) make_layout(axis);
+    }
+}
+
+void CpuSession::cast_tile(const RayFrame& frame, int tile, float* image, std::ptrdiff_t stride, bool only_needed, Slot& slot) {
+    const auto start = Clock::now();
+    const ViewPlan& view = views_[frame.view];
+    CastJob job = cast_job(frame, view.size_px, grid_);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (layouts_[axis]) job.layouts[axis] = layouts_[axis]->view();
+    }
+    job.step_mm = step_mm_;
+    job.x0 = tile % view.tiles_x() * kTilePx;
+    job.y0 = tile / view.tiles_x() * kTilePx;
+    job.x1 = std::min(job.x0 + kTilePx, job.width);
+    job.y1 = std::min(job.y0 + kTilePx, job.height);
+    job.needed = only_needed && !view.needed.empty() ? view.needed.data() : nullptr;
+    job.needed_stride = view.needed_stride;
+    job.image = image;
+    job.image_stride = stride;
+    job.scratch = slot.cast_scratch.data();
+    (render_.projector == Projector::joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[storage_](job);
+    slot.cast_s += seconds_since(start);
+}
+
+void CpuSession::sum_band(const RayFrame& frame, int band, const float* image, BandSums* partial, Slot& slot) {
+    const auto start = Clock::now();
+    const ViewPlan& view = views_[frame.view];
+    BandJob job{};
+    job.image = image;
+    job.stride = view.stride;
+    job.width = view.size_px.x();
+    job.height = view.size_px.y();
+    job.y0 = band * kBandRows;
+    job.y1 = std::min(job.y0 + kBandRows, job.height);
+    job.channels = channels_;
+    job.radius = radius_;
+    job.smooth = smooth_.data();
+    job.derivative = derivative_.data();
+    for (int channel = 0; channel < channels_; ++channel) job.fixed[channel] = view.fixed[channel].data();
+    job.weights = view.weights.data();
+    job.scratch = slot.band_scratch.data();
+    kernels_.sum_band(job, partial);
+    slot.band_s += seconds_since(start);
+}
+
+void CpuSession::accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) {
+    for (const RayFrame& frame : frames) make_layouts_for(frame);
+    const auto start = Clock::now();
+    // Small images in large batches: a frame each. Else the threads share the tiles of a frame, which balances better.
+    const bool whole = image_floats_ <= 128 * 128 && frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
+    const std::size_t group = whole ? frames.size() : std::max<std::size_t>(1, kImagesInWork / image_floats_);
+    for (std::size_t begin = 0; begin < frames.size(); begin += group) {
+        const auto some = frames.subspan(begin, std::min(group, frames.size() - begin));
+        const std::size_t partials = some.size() * bands_ * channels_;
+        if (partials_.size() < partials) partials_.resize(partials);
+        whole ? whole_frames(some) : tiled_frames(some);
+        add_partials(some, sums.subspan(begin * channels_));
+    }
+    share_time(seconds_since(start));
+}
+
+void CpuSession::whole_frames(std::span<const RayFrame> frames) {
+    for (Slot& slot : slots_) slot.image.resize(image_floats_);
+    workers_.run(frames.size(), [&](std::size_t i, int thread) {
+        Slot& slot = slots_[thread];
+        const ViewPlan& view = views_[frames[i].view];
+        for (int tile = 0; tile < view.tiles(); ++tile) {
+            cast_tile(frames[i], tile, slot.image.data(), view.stride, true, slot);
+        }
+        for (int band = 0; band < view.bands(); ++band) {
+            sum_band(frames[i], band, slot.image.data(), &partials_[(i * bands_ + band) * channels_], slot);
+        }
+    });
+}
+
+void CpuSession::tiled_frames(std::span<const RayFrame> frames) {
+    if (images_.size() < frames.size() * image_floats_) images_.resize(frames.size() * image_floats_);
+    int tiles = 0;
+    for (const ViewPlan& view : views_) tiles = std::max(tiles, view.tiles());
+    workers_.run(frames.size() * tiles, [&](std::size_t turn, int thread) {
+        const std::size_t i = turn / tiles;
+        const int tile = static_cast<int>(turn % tiles);
+        const ViewPlan& view = views_[frames[i].view];
+        if (tile < view.tiles()) {
+            cast_tile(frames[i], tile, &images_[i * image_floats_], view.stride, true, slots_[thread]);
+        }
+    });
+    workers_.run(frames.size() * bands_, [&](std::size_t turn, int thread) {
+        const std::size_t i = turn / bands_;
+        const int band = static_cast<int>(turn % bands_);
+        if (band < views_[frames[i].view].bands()) {
+            sum_band(frames[i], band, &images_[i * image_floats_], &partials_[turn * channels_], slots_[thread]);
+        }
+    });
+}
+
+void CpuSession::add_partials(std::span<const RayFrame> frames, std::span<MomentSums> sums) const {
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const ViewPlan& view = views_[frames[i].view];
+        for (int channel = 0; channel < channels_; ++channel) {
+            MomentSums& sum = sums[i * channels_ + channel];
+            sum = view.fixed_sums[channel];
+            sum.moving = sum.moving_moving = sum.fixed_moving = 0;
+            for (int band = 0; band < view.bands(); ++band) {
+                const BandSums& partial = partials_[(i * bands_ + band) * channels_ + channel];
+                sum.moving += partial.moving;
+                sum.moving_moving += partial.moving_moving;
+                sum.fixed_moving += partial.fixed_moving;
+            }
+        }
+    }
+}
+
+/// Filter and sums are one pass: with gc it counts as gradient, with ncc as reduction.
+void CpuSession::share_time(double wall_s) {
+    double cast_s = 0, band_s = 0;
+    for (Slot& slot : slots_) {
+        cast_s += std::exchange(slot.cast_s, 0);
+        band_s += std::exchange(slot.band_s, 0);
+    }
+    if (!(cast_s + band_s > 0)) return;
+    timing_.drr_s += wall_s * cast_s / (cast_s + band_s);
+    (channels_ == 2 ? timing_.gradient_s : timing_.reduction_s) += wall_s * band_s / (cast_s + band_s);
+}
+
+Image CpuSession::render_frame(const RayFrame& frame) {
+    make_layouts_for(frame);
+    const auto start = Clock::now();
+    const ViewPlan& view = views_[frame.view];
+    Image drr(view.size_px.x(), view.size_px.y());
+    workers_.run(view.tiles(), [&](std::size_t tile, int thread) {
+        cast_tile(frame, static_cast<int>(tile), drr.pixels.data(), drr.width, false, slots_[thread]);
+    });
+    share_time(seconds_since(start));
+    return drr;
+}
+
+}  // namespace raylign::cpu

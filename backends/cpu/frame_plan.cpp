@@ -1,0 +1,90 @@
+#include "backends/cpu/frame_plan.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/geometry/dominant_axis.h"
+
+namespace raylign::cpu {
+namespace {
+
+std::vector<float> with_stride(const Image& image, std::ptrdiff_t stride) {
+    std::vector<float> out(static_cast<std::size_t>(stride) * image.height, 0.F);
+    for (int y = 0; y < image.height; ++y) {
+        std::copy_n(image.pixels.begin() + y * image.width, image.width, out.begin() + y * stride);
+    }
+    return out;
+}
+
+}  // namespace
+
+unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px) {
+    // Directions are affine in the pixel: their bounds over the image are those of its corners.
+    Eigen::Array3d low = frame.ray_voxel(0, 0), high = low;
+    for (const int u : {0, size_px.x() - 1}) {
+        for (const int v : {0, size_px.y() - 1}) {
+            const Eigen::Array3d ray = frame.ray_voxel(u, v).array();
+            low = low.min(ray);
+            high = high.max(ray);
+        }
+    }
+    const Eigen::Array3d longest = low.abs().max(high.abs());
+    const Eigen::Array3d shortest = low.max(-high).max(0);
+    unsigned possible = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(shortest.maxCoeff() > longest[axis] * (1 + 4 * kAxisBias))) possible |= 1U << axis;
+    }
+    if (std::has_single_bit(possible)) return possible;
+    unsigned met = 0;
+    for (int v = 0; v < size_px.y() && met != possible; ++v) {
+        for (int u = 0; u < size_px.x(); ++u) met |= 1U << dominant_axis(frame.ray_voxel(u, v));
+    }
+    return met;
+}
+
+CastJob cast_job(const RayFrame& frame, const Eigen::Vector2i& size_px, const VoxelGrid& grid) {
+    CastJob job{};
+    for (int axis = 0; axis < 3; ++axis) {
+        job.source[axis] = frame.source_voxel[axis];
+        job.direction[axis] = frame.direction_voxel[axis];
+        job.step_u[axis] = frame.step_u_voxel[axis];
+        job.step_v[axis] = frame.step_v_voxel[axis];
+        job.spacing_mm[axis] = grid.spacing_mm[axis];
+    }
+    job.depth_max_mm = frame.depth_max_mm;
+    job.axis_ratio = 1 + kAxisBias;
+    job.width = size_px.x();
+    job.height = size_px.y();
+    return job;
+}
+
+ViewPlan make_view_plan(const Eigen::Vector2i& size_px) {
+    ViewPlan plan;
+    plan.size_px = size_px;
+    plan.stride = (static_cast<std::ptrdiff_t>(size_px.x()) + 15) / 16 * 16;
+    return plan;
+}
+
+void add_fixed(ViewPlan& plan, const FixedChannels& fixed, int reach_px) {
+    for (const Image& channel : fixed.channels) {
+        plan.fixed.push_back(with_stride(channel, plan.stride));
+        plan.fixed_sums.push_back(moment_sums(channel, channel, fixed.weights));
+    }
+    plan.weights = with_stride(fixed.weights, plan.stride);
+    const int width = plan.size_px.x(), height = plan.size_px.y();
+    plan.needed_stride = (width + kNeedPx - 1) / kNeedPx;
+    plan.needed.assign(plan.needed_stride * ((height + kNeedPx - 1) / kNeedPx), 0);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            if (fixed.weights(x, y) == 0) continue;
+            const int x0 = std::max(x - reach_px, 0) / kNeedPx, x1 = std::min(x + reach_px, width - 1) / kNeedPx;
+            const int y0 = std::max(y - reach_px, 0) / kNeedPx, y1 = std::min(y + reach_px, height - 1) / kNeedPx;
+            for (int row = y0; row <= y1; ++row) {
+                std::fill_n(plan.needed.begin() + row * plan.needed_stride + x0, x1 - x0 + 1, 1);
+            }
+        }
+    }
+    if (std::ranges::count(plan.needed, 0) == 0) plan.needed.clear();
+}
+
+}  // namespace raylign::cpu

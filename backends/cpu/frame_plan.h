@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "backends/cpu/kernel_types.h"
+#include "core/backend.h"
+
+namespace raylign::cpu {
+
+/// The dominant axes that the rays of a frame have: bit i for axis i.
+[[nodiscard]] unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px);
+
+/// Everything of a CastJob that one frame decides: geometry and image size.
+[[nodiscard]] CastJob cast_job(const RayFrame& frame, const Eigen::Vector2i& size_px, const VoxelGrid& grid);
+
+/// What a view brings to the sums, laid out for the kernels: rows of `stride` floats, zero beyond the width.
+struct ViewPlan {
+    Eigen::Vector2i size_px;
+    std::ptrdiff_t stride = 0;
+    std::vector<std::vector<float>> fixed;
+    std::vector<float> weights;
+    std::vector<MomentSums> fixed_sums;  ///< the three sums that no pose changes
+    std::vector<std::uint8_t> needed;    ///< per kNeedPx square: reaches a pixel with weight; empty: all do
+    std::ptrdiff_t needed_stride = 0;
+
+    [[nodiscard]] int tiles_x() const { return (size_px.x() + kTilePx - 1) / kTilePx; }
+    [[nodiscard]] int tiles() const { return tiles_x() * ((size_px.y() + kTilePx - 1) / kTilePx); }
+    [[nodiscard]] int bands() const { return (size_px.y() + kBandRows - 1) / kBandRows; }
+    [[nodiscard]] std::size_t image_floats() const { return static_cast<std::size_t>(stride) * size_px.y(); }
+};
+[[nodiscard]] ViewPlan make_view_plan(const Eigen::Vector2i& size_px);
+
+/// Adds the fixed channels of a view. `reach_px`: how far a pixel of the DRR reaches in the channels (the filter's radius).
+void add_fixed(ViewPlan& plan, const FixedChannels& fixed, int reach_px);
+
+}  // namespace raylign::cpu

@@ -1,0 +1,99 @@
+#pragma once
+
+// Compiled once per instruction set: everything here is a template on the set or in the anonymous namespace, so that no two
+// files share a symbol. No Eigen, no containers.
+
+#include <xsimd/xsimd.hpp>
+
+#include "backends/cpu/kernel_types.h"
+
+namespace raylign::cpu {
+namespace {
+
+/// A packet is a small rectangle of pixels, one per vector lane: close rays read close voxels.
+template <class Arch>
+struct Lanes {
+    using Floats = xsimd::batch<float, Arch>;
+    using Ints = xsimd::batch<std::int32_t, Arch>;
+    static constexpr int count = static_cast<int>(Floats::size);
+    static constexpr int width = count >= 8 ? 4 : 2;
+    static constexpr int height = count / width;
+    static constexpr int packets_per_tile = kTilePx * kTilePx / count;
+};
+
+inline double minimum(double a, double b) { return b < a ? b : a; }
+inline double maximum(double a, double b) { return a < b ? b : a; }
+
+/// floor(value) as int, where value may lie far outside the range: it is clamped first.
+inline int floor_clamped(double value, int low, int high) {
+    if (!(value > low)) return low;
+    if (value >= high) return high;
+    return static_cast<int>(__builtin_floor(value));
+}
+
+/// Directions of the rays of a packet whose first pixel is (x, y), in voxels per mm of depth, and which lanes lie in the tile.
+/// Lanes outside the image repeat its last pixels, so that they cost nothing and fault nowhere.
+template <int count, int width>
+struct PacketRays {
+    double ray[3][count];
+    unsigned inside = 0;
+
+    PacketRays(const CastJob& job, int x, int y) {
+        double u[count], v[count];
+        for (int lane = 0; lane < count; ++lane) {
+            const int px = x + lane % width, py = y + lane / width;
+            if (px < job.x1 && py < job.y1) inside |= 1U << lane;
+            u[lane] = px < job.width ? px : job.width - 1;
+            v[lane] = py < job.height ? py : job.height - 1;
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            for (int lane = 0; lane < count; ++lane) {  // the same operations in the same order as RayFrame::ray_voxel
+                ray[axis][lane] = job.direction[axis] + u[lane] * job.step_u[axis] + v[lane] * job.step_v[axis];
+            }
+        }
+    }
+
+    /// Lanes in the tile whose dominant axis is `axis`, by the rule of core/geometry/dominant_axis.h, in double: a ray on the
+    /// border must fall on the same side as in the reference.
+    unsigned lanes_along(int axis, double ratio) const {
+        unsigned lanes = 0;
+        for (int lane = 0; lane < count; ++lane) {
+            const double x = __builtin_fabs(ray[0][lane]), y = __builtin_fabs(ray[1][lane]), z = __builtin_fabs(ray[2][lane]);
+            const bool second = y > x * ratio;
+            const bool third = z > (second ? y : x) * ratio;
+            const int found = third ? 2 : second ? 1 : 0;
+            lanes |= static_cast<unsigned>(found == axis) << lane;
+        }
+        return lanes & inside;
+    }
+
+    /// Rays of lanes that are not in `lanes` become copies of one that is.
+    void fill_others(unsigned lanes) {
+        const int first = __builtin_ctz(lanes);
+        for (int lane = 0; lane < count; ++lane) {
+            if (lanes >> lane & 1) continue;
+            for (auto& component : ray) component[lane] = component[first];
+        }
+    }
+};
+
+inline bool is_needed(const CastJob& job, int x, int y) {
+    return !job.needed || job.needed[y / kNeedPx * job.needed_stride + x / kNeedPx];
+}
+
+/// True if a block that touches rows [row_low, row_high] and columns [column_low, column_high] of a slab holds a non-zero
+/// voxel. Both ranges are clipped to the volume here.
+inline bool is_occupied(const PlaneLayout& layout, int slab, double row_low, double row_high, double column_low,
+                        double column_high) {
+    if (!(row_high > -1 && row_low < layout.rows && column_high > -1 && column_low < layout.columns)) return false;
+    const int r0 = floor_clamped(row_low, 0, layout.rows - 1) / kBlockVoxels;
+    const int r1 = floor_clamped(row_high + 1, 0, layout.rows - 1) / kBlockVoxels + 1;
+    const int c0 = floor_clamped(column_low, 0, layout.columns - 1) / kBlockVoxels;
+    const int c1 = floor_clamped(column_high + 1, 0, layout.columns - 1) / kBlockVoxels + 1;
+    const std::ptrdiff_t stride = layout.block_columns + 1;
+    const std::int32_t* table = layout.occupied + slab * stride * (layout.block_rows + 1);
+    return table[r1 * stride + c1] - table[r0 * stride + c1] - table[r1 * stride + c0] + table[r0 * stride + c0] > 0;
+}
+
+}  // namespace
+}  // namespace raylign::cpu

@@ -1,0 +1,42 @@
+#include "backends/cpu/workers.h"
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <optional>
+
+namespace raylign::cpu {
+
+struct Workers::Arena {
+    explicit Arena(int threads) : arena(threads) {
+        if (threads > usable_cores()) more_than_cores.emplace(tbb::global_control::max_allowed_parallelism, threads);
+    }
+    // TBB stops at the number of cores unless told. The smallest of several such limits counts, so ask only where needed.
+    std::optional<tbb::global_control> more_than_cores;
+    tbb::task_arena arena;
+};
+
+Workers::Workers(int threads) : threads_(threads), arena_(std::make_unique<Arena>(threads)) {}
+Workers::~Workers() = default;
+
+void Workers::run(std::size_t count, const void* object, void (*turn)(const void*, std::size_t, int)) {
+    if (threads_ == 1 || count == 1) {
+        for (std::size_t i = 0; i < count; ++i) turn(object, i, 0);
+        return;
+    }
+    arena_->arena.execute([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(0, count, 1),
+            [&](const tbb::blocked_range<std::size_t>& range) {
+                const int slot = tbb::this_task_arena::current_thread_index();
+                for (std::size_t i = range.begin(); i != range.end(); ++i) turn(object, i, slot);
+            },
+            tbb::simple_partitioner());
+    });
+}
+
+int usable_cores() { return tbb::info::default_concurrency(); }
+
+}  // namespace raylign::cpu
