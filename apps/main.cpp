@@ -1,0 +1,66 @@
+#include <iostream>
+#include <new>
+
+#include "apps/commands.h"
+#include "apps/help.h"
+#include "apps/interrupt.h"
+#include "core/error.h"
+
+namespace {
+
+using raylign::ErrorKind;
+
+int exit_code(ErrorKind kind) {
+    switch (kind) {
+        case ErrorKind::unavailable:
+            return 3;
+        case ErrorKind::cancelled:
+            return 130;
+        case ErrorKind::input:
+            break;
+    }
+    return 2;
+}
+
+/// CLI11 does not name a mistyped command: it finds none.
+std::string usage_problem(const CLI::App& app, const std::string& found, int argc, char** argv) {
+    if (!app.get_subcommands().empty() || argc < 2 || argv[1][0] == '-') return found + " (--help lists the options)";
+    std::string valid;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+        valid += (valid.empty() ? "" : ", ") + command->get_name();
+    }
+    return raylign::bad_value("command", argv[1], "one of " + valid).what();
+}
+
+int complain(const CLI::App& app, const std::string& message, int code) {
+    const auto chosen = app.get_subcommands();
+    std::cerr << "raylign" << (chosen.empty() ? "" : " " + chosen.front()->get_name()) << ": " << message << "\n";
+    return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    raylign::apps::catch_interrupts();
+    CLI::App app;
+    try {
+        raylign::apps::Job job;
+        raylign::apps::set_up_program(app);
+        raylign::apps::add_register_command(app, job);
+        raylign::apps::add_drr_command(app, job);
+        raylign::apps::add_phantom_command(app, job);
+        raylign::apps::add_info_command(app, job);
+        app.parse(argc, argv);
+        return job({raylign::apps::quote_for_shell({argv, argv + argc})});
+    } catch (const CLI::Success& help_or_version) {
+        return app.exit(help_or_version);
+    } catch (const CLI::ParseError& error) {
+        return complain(app, usage_problem(app, error.what(), argc, argv), 2);
+    } catch (const raylign::Error& error) {
+        return complain(app, error.what(), exit_code(error.kind()));
+    } catch (const std::bad_alloc&) {
+        return complain(app, "not enough memory for this volume and these images", 2);
+    } catch (const std::exception& error) {
+        return complain(app, error.what(), 2);
+    }
+}

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "backends/registry.h"
+#include "core/io/volume_io.h"
+#include "core/registration/registration.h"
+
+namespace raylign::apps {
+
+/// What every sub-command gets besides its own options.
+struct Invocation {
+    std::string command_line;  ///< quoted for a shell: repeats the run
+};
+
+struct VolumeFlags {
+    std::filesystem::path file;
+    std::string hu_preset;  ///< "" = the default preset
+    double hu_offset = 0;   ///< added to the stored values
+    bool attenuation = false;
+    std::string series;
+    std::string spacing;  ///< "X,Y,Z" [mm]; "" = from the file
+};
+
+struct EngineFlags {
+    std::string backend = "auto";
+    std::string device;
+    int threads = 0;  ///< 0 = all cores
+    std::string projector = "joseph";
+    double step_mm = 0;  ///< 0 = half the smallest voxel side
+};
+
+struct RegisterOptions {
+    VolumeFlags volume;
+    EngineFlags engine;
+    std::filesystem::path views, output;
+    std::filesystem::path start, targets, truth;  ///< "" = not given
+    std::string method = "auto";
+    std::string metric = "gc";
+    int levels = 0;  ///< 0 = until images are about 32 px
+    int max_iterations = 100;
+    std::uint64_t seed = 1;
+    bool quiet = false;
+    bool json = false;
+};
+
+struct DrrOptions {
+    VolumeFlags volume;
+    EngineFlags engine;
+    std::filesystem::path views, pose, output;
+    double noise_photons = 0;  ///< 0 = no noise
+    std::uint64_t seed = 1;
+    bool png = false;
+    bool quiet = false;
+};
+
+struct PhantomOptions {
+    std::string kind;
+    std::string size = "128,128,128";
+    std::string spacing = "2,2,2";
+    std::filesystem::path output;
+};
+
+struct InfoOptions {
+    bool json = false;
+};
+
+/// All conflicts between flags are settled here: throws Error for options that contradict each other or would be
+/// ignored.
+void settle_conflicts(const RegisterOptions& options);
+void settle_conflicts(const DrrOptions& options);
+
+/// Flags to the library's own options; unknown names throw Error listing the valid ones.
+[[nodiscard]] VolumeReadOptions volume_read_options(const VolumeFlags& flags);
+[[nodiscard]] RenderSettings render_settings(const EngineFlags& flags);
+[[nodiscard]] RegistrationOptions registration_options(const RegisterOptions& options);
+
+/// The backend that the flags name. Throws Error, kind unavailable, where --device names something the chosen one
+/// lacks.
+[[nodiscard]] BackendChoice choose_backend(const EngineFlags& flags);
+
+/// "4,5,6" or "4" (all three). `option` is named in the Error for anything else.
+[[nodiscard]] Eigen::Vector3d parse_triple(std::string_view text, std::string_view option);
+
+/// The arguments joined by blanks, quoted for a POSIX shell where needed.
+[[nodiscard]] std::string quote_for_shell(const std::vector<std::string>& arguments);
+
+/// Throws Error if writing `names` into `folder` would replace one of the `inputs`.
+void refuse_to_overwrite(const std::vector<std::filesystem::path>& inputs, const std::filesystem::path& folder,
+                         const std::vector<std::string>& names);
+
+}  // namespace raylign::apps

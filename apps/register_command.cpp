@@ -1,0 +1,179 @@
+#include <chrono>
+#include <iostream>
+
+#include "apps/commands.h"
+#include "apps/help.h"
+#include "apps/interrupt.h"
+#include "apps/overlay.h"
+#include "apps/progress_bar.h"
+#include "apps/register_inputs.h"
+#include "apps/register_summary.h"
+#include "apps/report.h"
+#include "core/error.h"
+#include "core/io/output.h"
+#include "core/io/pose_io.h"
+
+namespace raylign::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+std::vector<std::string> output_file_names(const std::vector<View>& views) {
+    std::vector<std::string> names{"pose.json", "pose.tfm", "report.json"};
+    for (const View& view : views) {
+        names.push_back("overlay_" + view.name + ".png");
+        names.push_back("drr_" + view.name + ".tif");
+    }
+    return names;
+}
+
+RegistrationResult run_with_progress(const RegisterInputs& inputs, const RegistrationOptions& options, Backend& backend,
+                                     ProgressBar::Show show) {
+    ProgressBar bar(show);
+    const auto report = [&bar](const RegistrationProgress& progress) {
+        bar.draw(progress_line(progress));
+        return !interrupted();
+    };
+    try {
+        return register_volume(inputs.volume, inputs.views, inputs.start_world_from_ct, options, backend, report);
+    } catch (const Error& error) {
+        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();  // our words for it
+        throw;
+    }
+}
+
+/// Shown pixels per mm at the depth of the object's centre: the focal length over the depth.
+std::optional<double> px_per_mm(const View& view, const RigidTransform& world_from_ct,
+                                const Eigen::Vector3d& centre_ct) {
+    const double depth_mm = (view.geometry.camera_from_world * (world_from_ct * centre_ct)).z();
+    if (!(depth_mm > 0)) return std::nullopt;
+    return view.geometry.camera.intrinsics_px(0, 0) / depth_mm;
+}
+
+void stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& options, const RegistrationResult& result,
+                    Backend& backend, OutputFolder& folder) {
+    const auto session = backend.prepare({inputs.volume, inputs.views, options.render, options.similarity});
+    for (std::size_t i = 0; i < inputs.views.size(); ++i) {
+        stop_if_interrupted();
+        const View& view = inputs.views[i];
+        const Image drr_start = session->render(inputs.start_world_from_ct, i);
+        const Image drr_result = session->render(result.world_from_ct, i);
+        write_image(folder.stage("drr_" + view.name + ".tif"), drr_result);
+        write_png(folder.stage("overlay_" + view.name + ".png"),
+                  overlay_picture({view.name, view.image, view.weights, drr_start, drr_result,
+                                   px_per_mm(view, result.world_from_ct, inputs.volume.grid.centre_ct_mm())}));
+    }
+}
+
+std::optional<TruthComparison> compare_with_truth(const RegisterInputs& inputs, const RegistrationResult& result) {
+    if (!inputs.true_world_from_ct) return std::nullopt;
+    std::vector<ViewGeometry> geometries;
+    for (const View& view : inputs.views) geometries.push_back(view.geometry);
+    const auto errors = [&](const RigidTransform& world_from_ct) {
+        return target_errors(world_from_ct, *inputs.true_world_from_ct, inputs.targets_ct_mm, geometries);
+    };
+    return TruthComparison{errors(inputs.start_world_from_ct), errors(result.world_from_ct)};
+}
+
+/// Writes everything but moves nothing into place yet. Returns report.json's text.
+std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registration, Backend& backend,
+                          Clock::time_point begin, OutputFolder& folder) {
+    write_pose(folder.stage("pose.json"), run.result.world_from_ct);
+    write_pose(folder.stage("pose.tfm"), run.result.world_from_ct);
+    stage_pictures(run.inputs, registration, run.result, backend, folder);
+    run.total_s = seconds_since(begin);  // all but hashing the inputs for the report
+    const std::string report = report_json(run);
+    write_text(folder.stage("report.json"), report);
+    return report;
+}
+
+int run_register(const RegisterOptions& options, const Invocation& invocation) {
+    const auto begin = Clock::now();
+    settle_conflicts(options);
+    RegistrationOptions registration = registration_options(options);  // names first: cheap to refuse
+    BackendChoice choice = choose_backend(options.engine);
+    const RegisterInputs inputs = read_register_inputs(options);
+    registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;
+    const std::vector<std::string> names = output_file_names(inputs.views);
+    refuse_to_overwrite(inputs.files, options.output, names);
+    OutputFolder folder(options.output);  // before the work: an unwritable folder should not cost a run
+
+    const auto show = options.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals;
+    RegistrationResult result = run_with_progress(inputs, registration, *choice.backend, show);
+    std::optional<TruthComparison> truth = compare_with_truth(inputs, result);
+    RegisterRun run{options,          invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result),
+                    std::move(truth), names,      0};
+    const std::string report = stage_outputs(run, registration, *choice.backend, begin, folder);
+    stop_if_interrupted();
+    folder.commit();
+
+    if (options.json) {
+        std::cout << report;
+    } else if (!options.quiet) {
+        std::cout << register_summary(run);
+    }
+    return run.result.ok ? 0 : 1;
+}
+
+void add_start_flags(CLI::App& command, RegisterOptions& options) {
+    describe(command.add_option("--views", options.views, "views.json: images, cameras, masks")->required(),
+             "FILE (required)", kInputGroup);
+    describe(command.add_option("--start", options.start,
+                                "world_from_ct to start from: pose.json or ITK .tfm; default:\n"
+                                "CT centre where central rays meet, patient axes as world axes"),
+             "FILE", kStartGroup);
+    describe(command.add_option("--targets", options.targets,
+                                "Points in the CT (JSON, CSV, .fcsv): rotation centre, TRE; "
+                                "default: over the bone"),
+             "FILE", kStartGroup);
+    describe(command.add_option("--truth", options.truth, "True pose, to report the error; default none"), "FILE",
+             kStartGroup);
+}
+
+void add_method_flags(CLI::App& command, RegisterOptions& options) {
+    describe(command.add_option("--method", options.method, "auto, gauss-newton or steepest-descent; default auto"),
+             "NAME", kMethodGroup);
+    describe(command.add_option("--metric", options.metric, "gc (gradient correlation) or ncc; default gc"), "NAME",
+             kMethodGroup);
+    describe(command.add_option("--levels", options.levels,
+                                "Resolutions, coarse to fine, 1 to 8; default 0: down to about 32 px"),
+             "N", kMethodGroup);
+    describe(command.add_option("--max-iterations", options.max_iterations, "Most steps per level; default 100"), "N",
+             kMethodGroup);
+    describe(command.add_option("--seed", options.seed, "For methods that draw random numbers; default 1"), "N",
+             kMethodGroup);
+}
+
+void add_output_flags(CLI::App& command, RegisterOptions& options) {
+    describe(command
+                 .add_option("-o,--output", options.output,
+                             "Folder for pose, report, overlays, DRRs; replaced only on success")
+                 ->required(),
+             "DIR (required)", kOutputGroup);
+    command.add_flag("--json", options.json, "Print report.json and nothing else; default off")->group(kOutputGroup);
+    command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
+}
+
+}  // namespace
+
+void add_register_command(CLI::App& app, Job& job) {
+    const auto options = std::make_shared<RegisterOptions>();
+    CLI::App& command = *app.add_subcommand("register", "Find the pose of a CT in one or more X-rays");
+    add_volume_flags(command, options->volume);
+    add_start_flags(command, *options);
+    add_method_flags(command, *options);
+    add_engine_flags(command, options->engine);
+    add_output_flags(command, *options);
+    finish_command(
+        command,
+        "  raylign register -v ct.nii.gz --views views.json --start pose.json -o result\n"
+        "  raylign register -v dicom_folder --series 2 --views views.json -o result --backend cpu --threads 4\n"
+        "  raylign register -v ct.mha --views xrays/views.json --truth pose.json -o result --json > report.json");
+    command.callback([options, &job] {
+        job = [options](const Invocation& invocation) { return run_register(*options, invocation); };
+    });
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,67 @@
+#include "apps/register_inputs.h"
+
+#include <chrono>
+
+#include "apps/default_start.h"
+#include "apps/interrupt.h"
+#include "core/evaluation/targets.h"
+#include "core/io/pose_io.h"
+#include "core/io/views_io.h"
+
+namespace raylign::apps {
+namespace {
+
+template <typename T>
+void append(std::vector<T>& list, const std::vector<T>& more) {
+    list.insert(list.end(), more.begin(), more.end());
+}
+
+void read_poses(const RegisterOptions& options, RegisterInputs& inputs) {
+    if (!options.start.empty()) {
+        inputs.start_world_from_ct = read_pose(options.start);
+        inputs.files.push_back(options.start);
+    }
+    if (!options.truth.empty()) {
+        inputs.true_world_from_ct = read_pose(options.truth);
+        inputs.files.push_back(options.truth);
+    }
+    if (!options.targets.empty()) {
+        inputs.targets_ct_mm = read_targets(options.targets);
+        inputs.rotation_centre_ct_mm = targets_centre_mm(inputs.targets_ct_mm);
+        inputs.files.push_back(options.targets);
+    }
+}
+
+}  // namespace
+
+RegisterInputs read_register_inputs(const RegisterOptions& options) {
+    const auto begin = std::chrono::steady_clock::now();
+    RegisterInputs inputs;
+    read_poses(options, inputs);
+
+    ViewsFile views = read_views(options.views, ReadImages::required);
+    inputs.views = std::move(views.views);
+    append(inputs.files, views.files);
+    append(inputs.notes, views.notes);
+    stop_if_interrupted();
+
+    VolumeFile volume = read_volume(options.volume.file, volume_read_options(options.volume));
+    inputs.volume = std::move(volume.volume);
+    append(inputs.files, volume.files);
+    append(inputs.notes, volume.notes);
+    stop_if_interrupted();
+
+    if (options.start.empty()) {
+        inputs.start_world_from_ct = default_start(inputs.volume.grid, inputs.views);
+        inputs.notes.push_back(
+            "no --start: started with the CT's centre where the views' central rays meet, patient axes parallel to the "
+            "world's");
+    }
+    if (inputs.true_world_from_ct && inputs.targets_ct_mm.empty()) {
+        inputs.targets_ct_mm = default_targets_ct_mm(inputs.volume);
+    }
+    inputs.load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return inputs;
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace raylign::test {
+
+struct ProgramResult {
+    int exit_code = -1;  ///< 128 + signal where a signal ended it
+    std::string out, err;
+};
+
+/// Runs the built program `raylign` with these arguments and waits. Neither stdout nor stderr is a terminal.
+[[nodiscard]] ProgramResult run_raylign(const std::vector<std::string>& arguments);
+
+/// The same, but sends it `signal` once `ready_file_in` holds an entry whose name starts with '.' (the staging folder:
+/// the run is under way).
+[[nodiscard]] ProgramResult run_raylign_and_signal(const std::vector<std::string>& arguments, int signal,
+                                                   const std::filesystem::path& ready_file_in);
+
+/// The same, where no file may grow beyond `bytes`: writes fail as they do on a full disk.
+[[nodiscard]] ProgramResult run_raylign_on_full_disk(const std::vector<std::string>& arguments, std::size_t bytes);
+
+/// A fresh folder for the running test, removed when the object goes.
+class TestFolder {
+public:
+    TestFolder();
+    ~TestFolder();
+    TestFolder(const TestFolder&) = delete;
+    TestFolder& operator=(const TestFolder&) = delete;
+
+    [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+    [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+
+private:
+    std::filesystem::path folder_;
+};
+
+[[nodiscard]] std::string read_text(const std::filesystem::path& path);
+void write_text_file(const std::filesystem::path& path, const std::string& text);
+
+/// Names in a folder, sorted.
+[[nodiscard]] std::vector<std::string> names_in(const std::filesystem::path& folder);
+
+}  // namespace raylign::test
