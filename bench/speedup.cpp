@@ -1,0 +1,76 @@
+// How much faster is one engine than another per DRR? Both render the same random poses in turn, in one run; the images are
+// compared first; the ratio is the median over rounds. Usage: raylign_speedup [fast] [slow] [voxels] [pixels] [rounds]
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "bench/bench_scene.h"
+#include "core/error.h"
+
+namespace raylign::bench {
+namespace {
+
+double seconds_to_render(Session& session, const RigidTransform& pose) {
+    const auto start = std::chrono::steady_clock::now();
+    const Image image = session.render(pose, 0);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+    std::ranges::nth_element(values, values.begin() + values.size() / 2);
+    return values[values.size() / 2];
+}
+
+/// Largest difference as a share of the image's maximum.
+double difference(const Image& a, const Image& b) {
+    double largest = 0, maximum = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+        largest = std::max(largest, std::abs(static_cast<double>(a.pixels[i]) - b.pixels[i]));
+        maximum = std::max(maximum, std::abs(static_cast<double>(b.pixels[i])));
+    }
+    return largest / maximum;
+}
+
+int run(const std::string& fast_name, const std::string& slow_name, int voxels, int pixels, int rounds) {
+    const BenchScene scene = make_scene(voxels, pixels);
+    const auto fast_backend = create_backend(fast_name).backend, slow_backend = create_backend(slow_name).backend;
+    const auto fast = fast_backend->prepare({scene.volume, scene.views, {}, {}});
+    const auto slow = slow_backend->prepare({scene.volume, scene.views, {}, {}});
+    const auto poses = poses_around(scene.truth, rounds);
+    const double apart = difference(fast->render(poses[0], 0), slow->render(poses[0], 0));
+    std::printf("images differ by %.1e of the maximum\n", apart);
+    if (!(apart < 1e-4)) {
+        std::fprintf(stderr, "the images disagree: a fast wrong answer is not a result\n");
+        return 1;
+    }
+    std::vector<double> fast_s, slow_s, ratio;
+    for (const RigidTransform& pose : poses) {
+        fast_s.push_back(seconds_to_render(*fast, pose));
+        slow_s.push_back(seconds_to_render(*slow, pose));
+        ratio.push_back(slow_s.back() / fast_s.back());
+    }
+    const BackendInfo info = fast_backend->info();
+    std::printf("%d^3 voxels, %d^2 pixels, joseph, %zu random poses, medians\n", voxels, pixels, poses.size());
+    std::printf("%-10s %9.2f ms   %s, %d threads, %s\n", fast_name.c_str(), 1e3 * median(fast_s), info.device.c_str(),
+                info.threads, info.instruction_set.c_str());
+    std::printf("%-10s %9.2f ms\n", slow_name.c_str(), 1e3 * median(slow_s));
+    std::printf("%s is %.1f x as fast as %s\n", fast_name.c_str(), median(ratio), slow_name.c_str());
+    return 0;
+}
+
+}  // namespace
+}  // namespace raylign::bench
+
+int main(int argc, char** argv) {
+    const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
+    try {
+        return raylign::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256), number(4, 256),
+                                   number(5, 9));
+    } catch (const raylign::Error& error) {
+        std::fprintf(stderr, "raylign_speedup: %s\n", error.what());
+        return 2;
+    }
+}
