@@ -80,9 +80,9 @@ JSON
 # Where the patient really is (hidden from the registration) ...
 cat >$out/hidden_pose.json <<'JSON'
 { "raylign": 1,
-  "world_from_ct": [[0.99756405, -0.06958655,  0.00486597,  3.1],
-                    [0.06975647,  0.99513403, -0.06958655, -4.2],
-                    [0.00000000,  0.06975647,  0.99756405,  2.9],
+  "world_from_ct": [[0.99756405, -0.06958655,  0.00486597,  2.4],
+                    [0.06975647,  0.99513403, -0.06958655, -3.3],
+                    [0.00000000,  0.06975647,  0.99756405,  2.2],
                     [0, 0, 0, 1]] }
 JSON
 # ... and where it is believed to be: as the CT was taken.
@@ -91,7 +91,9 @@ cat >$out/start_pose.json <<'JSON'
 JSON
 
 echo "== simulating two X-rays with photon noise at a hidden pose"
-$raylign drr "${ct[@]}" --views $out/geometry.json --pose $out/hidden_pose.json --noise 20000 --seed 1 -o $out/xrays
+# Another projector with a finer step than the registration uses, so that the match is not exact by construction.
+$raylign drr "${ct[@]}" --views $out/geometry.json --pose $out/hidden_pose.json --projector trilinear --step 0.3 \
+    --noise 20000 --seed 1 -o $out/xrays
 echo "== registering"
 $raylign register "${ct[@]}" --views $out/xrays/views.json --start $out/start_pose.json --truth $out/hidden_pose.json \
     -o $out/result

@@ -54,8 +54,8 @@ TEST(Registration, BothMethodsEndAtTheSamePose) {
     EXPECT_TRUE(newton.ok);
     EXPECT_LT(newton.counters.linearizations, 40u);
     EXPECT_GT(newton.counters.linearizations, 2u);
-    EXPECT_LT(mean_target_error_mm(newton.world_from_ct, descent.world_from_ct, c.targets), 0.1)
-        << "a fiftieth of a voxel: steepest descent creeps at the end";
+    EXPECT_LT(mean_target_error_mm(newton.world_from_ct, descent.world_from_ct, c.targets), 0.25)
+        << "a twentieth of a voxel: the cost is flat to 1e-7 there, and interpolation has kinks";
     EXPECT_LE(newton.cost_final, descent.cost_final + 1e-7);
 }
 
