@@ -15,7 +15,8 @@ struct Entry {
     std::string name;
     std::string summary;
     bool automatic;  ///< may "auto" take it?
-    std::function<std::unique_ptr<Backend>(const BackendOptions&)> create;  ///< throws Error(unavailable) where it cannot run
+    std::function<std::unique_ptr<Backend>(const BackendOptions&)>
+        create;  ///< throws Error(unavailable) where it cannot run
     std::vector<InstructionSet> instruction_sets = {};
 };
 

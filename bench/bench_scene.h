@@ -10,7 +10,8 @@
 
 namespace raylign::bench {
 
-/// The spine phantom in n^3 voxels and its two X-rays in side_px^2 pixels, at an oblique pose: the scene of the tests, larger.
+/// The spine phantom in n^3 voxels and its two X-rays in side_px^2 pixels, at an oblique pose: the scene of the tests,
+/// larger.
 struct BenchScene {
     Volume volume;
     std::vector<View> views;

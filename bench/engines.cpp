@@ -1,5 +1,6 @@
-// Google Benchmark programs for the engines: DRR, gradient, sums, evaluate, linearize and a whole registration, on every backend
-// that runs here. `--benchmark_filter=cpu.*256` picks; `--benchmark_out=FILE --benchmark_out_format=json` records. See README.md.
+// Google Benchmark programs for the engines: DRR, gradient, sums, evaluate, linearize and a whole registration, on
+// every backend that runs here. `--benchmark_filter=cpu.*256` picks; `--benchmark_out=FILE --benchmark_out_format=json`
+// records. See README.md.
 
 #include <benchmark/benchmark.h>
 
@@ -17,10 +18,12 @@ namespace {
 const BenchScene& scene(int n, int side_px) {
     static std::map<std::pair<int, int>, BenchScene> scenes;  // NOLINT: a cache of one single-threaded program
     const auto found = scenes.find({n, side_px});
-    return found != scenes.end() ? found->second : scenes.emplace(std::pair(n, side_px), make_scene(n, side_px)).first->second;
+    return found != scenes.end() ? found->second
+                                 : scenes.emplace(std::pair(n, side_px), make_scene(n, side_px)).first->second;
 }
 
-std::unique_ptr<Session> session_for(const std::string& backend, const BenchScene& s, Projector projector = Projector::joseph) {
+std::unique_ptr<Session> session_for(const std::string& backend, const BenchScene& s,
+                                     Projector projector = Projector::joseph) {
     return create_backend(backend).backend->prepare({s.volume, s.views, {projector, 0}, {}});
 }
 
@@ -51,7 +54,8 @@ void evaluate(benchmark::State& state, const std::string& backend) {
     state.counters["drr_ms"] = 1e3 * session->timing().drr_s / images;
     state.counters["gradient_ms"] = 1e3 * session->timing().gradient_s / images;
     state.counters["sums_ms"] = 1e3 * session->timing().reduction_s / images;
-    state.counters["poses"] = benchmark::Counter(static_cast<double>(poses.size()), benchmark::Counter::kIsIterationInvariantRate);
+    state.counters["poses"] =
+        benchmark::Counter(static_cast<double>(poses.size()), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 void linearize(benchmark::State& state, const std::string& backend) {
@@ -93,7 +97,9 @@ void whole_registration(benchmark::State& state, const std::string& backend, Met
 void add_backend(const std::string& name) {
     const bool slow = name == "reference";
     const auto add = [&](const std::string& what, auto function) {
-        return benchmark::RegisterBenchmark((name + "/" + what).c_str(), function)->Unit(benchmark::kMillisecond)->UseRealTime();
+        return benchmark::RegisterBenchmark((name + "/" + what).c_str(), function)
+            ->Unit(benchmark::kMillisecond)
+            ->UseRealTime();
     };
     using State = benchmark::State;
     for (const Projector projector : {Projector::joseph, Projector::trilinear}) {

@@ -1,5 +1,6 @@
-// How much faster is one engine than another per DRR? Both render the same random poses in turn, in one run; the images are
-// compared first; the ratio is the median over rounds. Usage: raylign_speedup [fast] [slow] [voxels] [pixels] [rounds]
+// How much faster is one engine than another per DRR? Both render the same random poses in turn, in one run; the images
+// are compared first; the ratio is the median over rounds. Usage: raylign_speedup [fast] [slow] [voxels] [pixels]
+// [rounds]
 
 #include <algorithm>
 #include <chrono>
@@ -67,8 +68,8 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
-        return raylign::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256), number(4, 256),
-                                   number(5, 9));
+        return raylign::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256),
+                                   number(4, 256), number(5, 9));
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_speedup: %s\n", error.what());
         return 2;

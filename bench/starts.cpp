@@ -1,7 +1,8 @@
-// The main job in numbers: a real CT, simulated X-rays with photon noise, random starts of one initial error, several engines.
-// Usage: raylign_starts CT [initial_mtre_mm=8] [seeds=10] [pixels=256] [backends=cpu] [method=auto] [field_mm=400] [photons=20000]
-// backends: names with commas. `reference` is slow: give it 48 or 64 pixels. The X-rays are simulated from the CT itself, by the
-// other projector (trilinear, 0.4 voxel steps) on the full grid; every line printed says so by its heading.
+// The main job in numbers: a real CT, simulated X-rays with photon noise, random starts of one initial error, several
+// engines. Usage: raylign_starts CT [initial_mtre_mm=8] [seeds=10] [pixels=256] [backends=cpu] [method=auto]
+// [field_mm=400] [photons=20000] backends: names with commas. `reference` is slow: give it 48 or 64 pixels. The X-rays
+// are simulated from the CT itself, by the other projector (trilinear, 0.4 voxel steps) on the full grid; every line
+// printed says so by its heading.
 
 #include <algorithm>
 #include <cstdio>
@@ -56,14 +57,23 @@ Run run_one(const Job& job, Backend& backend, double mtre_mm, std::uint64_t seed
     std::vector<ViewGeometry> geometry;
     for (const View& view : job.views) geometry.push_back(view.geometry);
     const TargetErrors errors = target_errors(result.world_from_ct, job.truth, job.targets, geometry);
-    return {mtre_mm, errors.mtre_mm, errors.mean_mrpd_mm, result.cost_final, result.total_s,
-            result.counters.evaluations, result.counters.linearizations, result.ok, result.world_from_ct};
+    return {mtre_mm,
+            errors.mtre_mm,
+            errors.mean_mrpd_mm,
+            result.cost_final,
+            result.total_s,
+            result.counters.evaluations,
+            result.counters.linearizations,
+            result.ok,
+            result.world_from_ct};
 }
 
 void print_case(const char* name, const Job& job, const std::vector<std::string>& backends, double mtre_mm, int seeds) {
     const double half_voxel_mm = job.volume.grid.spacing_mm.minCoeff() / 2;
-    std::printf("\n%s, start %.0f mm away, %d seeds, X-rays simulated from the CT (trilinear, noise)\n", name, mtre_mm, seeds);
-    std::printf("%-10s %4s %9s %9s %10s %6s %6s %7s %s\n", "backend", "seed", "mTRE mm", "mRPD mm", "cost", "evals", "lins", "s", "ok");
+    std::printf("\n%s, start %.0f mm away, %d seeds, X-rays simulated from the CT (trilinear, noise)\n", name, mtre_mm,
+                seeds);
+    std::printf("%-10s %4s %9s %9s %10s %6s %6s %7s %s\n", "backend", "seed", "mTRE mm", "mRPD mm", "cost", "evals",
+                "lins", "s", "ok");
     std::vector<std::vector<Run>> all;
     for (const std::string& name_of_backend : backends) {
         const auto backend = create_backend(name_of_backend).backend;
@@ -72,16 +82,16 @@ void print_case(const char* name, const Job& job, const std::vector<std::string>
         std::vector<double> seconds;
         for (int seed = 1; seed <= seeds; ++seed) {
             const Run r = run_one(job, *backend, mtre_mm, seed);
-            std::printf("%-10s %4d %9.4f %9.4f %10.6f %6llu %6llu %7.2f %s\n", name_of_backend.c_str(), seed, r.final_mm, r.mrpd_mm,
-                        r.cost, static_cast<unsigned long long>(r.evaluations),
+            std::printf("%-10s %4d %9.4f %9.4f %10.6f %6llu %6llu %7.2f %s\n", name_of_backend.c_str(), seed,
+                        r.final_mm, r.mrpd_mm, r.cost, static_cast<unsigned long long>(r.evaluations),
                         static_cast<unsigned long long>(r.linearizations), r.seconds, r.ok ? "yes" : "no");
             successes += r.final_mm < half_voxel_mm;
             seconds.push_back(r.seconds);
             all.back().push_back(r);
         }
         std::ranges::sort(seconds);
-        std::printf("%s: %d of %d below half a voxel (%.3f mm), median %.2f s\n", name_of_backend.c_str(), successes, seeds,
-                    half_voxel_mm, seconds[seconds.size() / 2]);
+        std::printf("%s: %d of %d below half a voxel (%.3f mm), median %.2f s\n", name_of_backend.c_str(), successes,
+                    seeds, half_voxel_mm, seconds[seconds.size() / 2]);
     }
     for (std::size_t b = 1; b < all.size(); ++b) {
         double apart_mm = 0, cost = 0;
@@ -89,8 +99,8 @@ void print_case(const char* name, const Job& job, const std::vector<std::string>
             apart_mm = std::max(apart_mm, mean_target_error_mm(all[b][i].pose, all[0][i].pose, job.targets));
             cost = std::max(cost, std::abs(all[b][i].cost - all[0][i].cost));
         }
-        std::printf("%s and %s: final poses at most %.5f mm mTRE apart, costs %.1e\n", backends[b].c_str(), backends[0].c_str(),
-                    apart_mm, cost);
+        std::printf("%s and %s: final poses at most %.5f mm mTRE apart, costs %.1e\n", backends[b].c_str(),
+                    backends[0].c_str(), apart_mm, cost);
     }
 }
 
@@ -104,7 +114,8 @@ int run(int argc, char** argv) {
     job.truth = hidden_pose(job.volume);
     job.targets = default_targets_ct_mm(job.volume);
     job.method = method_from_name(argc > 6 ? argv[6] : "auto");
-    job.views = simulate(job.volume, test::biplane_views(static_cast<int>(number(4, 256)), number(7, 400)), job.truth, number(8, 20000));
+    job.views = simulate(job.volume, test::biplane_views(static_cast<int>(number(4, 256)), number(7, 400)), job.truth,
+                         number(8, 20000));
     print_case("biplane", job, backends, number(2, 8), static_cast<int>(number(3, 10)));
     job.views.resize(1);
     print_case("single view", job, backends, number(2, 8), static_cast<int>(number(3, 10)));
@@ -116,7 +127,9 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     if (argc < 2) {
-        std::fprintf(stderr, "usage: raylign_starts CT [initial_mtre_mm] [seeds] [pixels] [backends] [method] [field_mm] [photons]\n");
+        std::fprintf(
+            stderr,
+            "usage: raylign_starts CT [initial_mtre_mm] [seeds] [pixels] [backends] [method] [field_mm] [photons]\n");
         return 2;
     }
     try {

@@ -29,9 +29,7 @@ void check_grid(const VoxelGrid& grid, std::string_view where) {
 
 }  // namespace
 
-std::string_view projector_name(Projector projector) {
-    return projector == Projector::joseph ? "joseph" : "trilinear";
-}
+std::string_view projector_name(Projector projector) { return projector == Projector::joseph ? "joseph" : "trilinear"; }
 
 Projector projector_from_name(std::string_view name) {
     if (name == "joseph") return Projector::joseph;
@@ -68,7 +66,8 @@ void check_scene(const Scene& scene) {
     }
 }
 
-Session::Session(const Scene& scene) : grid_(scene.volume.grid), channel_count_(raylign::channel_count(scene.similarity.metric)) {
+Session::Session(const Scene& scene)
+    : grid_(scene.volume.grid), channel_count_(raylign::channel_count(scene.similarity.metric)) {
     check_scene(scene);
     for (const View& view : scene.views) views_.push_back(view.geometry);
     for (const View& view : scene.views) {

@@ -40,16 +40,16 @@ struct Scene {
     Similarity similarity;
 };
 
-/// Seconds spent in each stage since the Session was made: the rows of the paper's Table 2. With several threads the stages
-/// share the wall time in proportion to the time that the threads spent in them.
+/// Seconds spent in each stage since the Session was made: the rows of the paper's Table 2. With several threads the
+/// stages share the wall time in proportion to the time that the threads spent in them.
 struct SessionTiming {
     double prepare_s = 0, drr_s = 0, gradient_s = 0, reduction_s = 0, transfer_s = 0;
 };
 
 struct SessionCounters {
-    std::uint64_t evaluations = 0;    ///< poses evaluated (all views of a pose count once)
-    std::uint64_t linearizations = 0; ///< poses linearized
-    std::uint64_t bytes_to_host = 0;  ///< read back from a device; 0 for engines in host memory
+    std::uint64_t evaluations = 0;     ///< poses evaluated (all views of a pose count once)
+    std::uint64_t linearizations = 0;  ///< poses linearized
+    std::uint64_t bytes_to_host = 0;   ///< read back from a device; 0 for engines in host memory
 };
 
 /// A Scene made resident on one device. One Session, one thread; several Sessions may live at once.
@@ -63,8 +63,9 @@ public:
     /// Throws Error for a non-finite pose; a NaN cost is returned as such and is the caller's to stop on.
     void evaluate(std::span<const RigidTransform> world_from_ct, std::span<double> costs);
 
-    /// Cost, gradient and Gauss-Newton matrix per pose, with respect to a twist (rad, mm) about the point `centre_ct_mm` of the
-    /// volume (its place in world under that pose). Costs as in evaluate. Throws as evaluate does.
+    /// Cost, gradient and Gauss-Newton matrix per pose, with respect to a twist (rad, mm) about the point
+    /// `centre_ct_mm` of the volume (its place in world under that pose). Costs as in evaluate. Throws as evaluate
+    /// does.
     void linearize(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
                    std::span<Linearization> results);
 
@@ -92,7 +93,8 @@ protected:
                             std::span<JacobianSums> sums);
     virtual Image render_frame(const RayFrame& frame) = 0;
 
-    /// Fixed channels per view, made once in core so that engines cannot disagree on them; empty where views lack images.
+    /// Fixed channels per view, made once in core so that engines cannot disagree on them; empty where views lack
+    /// images.
     [[nodiscard]] const std::vector<FixedChannels>& fixed() const { return fixed_; }
 
     SessionTiming timing_;
@@ -108,9 +110,9 @@ private:
 };
 
 struct BackendInfo {
-    std::string name;             ///< as given to --backend
-    std::string summary;          ///< one line for people
-    std::string device;           ///< processor or GPU
+    std::string name;     ///< as given to --backend
+    std::string summary;  ///< one line for people
+    std::string device;   ///< processor or GPU
     int threads = 1;
     std::string instruction_set;  ///< of a CPU engine; empty otherwise
 };
@@ -123,9 +125,9 @@ public:
     [[nodiscard]] virtual std::unique_ptr<Session> prepare(const Scene& scene) = 0;
 };
 
-/// Throws Error for an empty or too large grid, sizes that disagree, bad spacing or direction, non-finite voxels, no views,
-/// bad cameras, a bad step. Views may lack images (drr): then only render works. Constant images and masks are checked where
-/// the channels are made (make_fixed_channels).
+/// Throws Error for an empty or too large grid, sizes that disagree, bad spacing or direction, non-finite voxels, no
+/// views, bad cameras, a bad step. Views may lack images (drr): then only render works. Constant images and masks are
+/// checked where the channels are made (make_fixed_channels).
 void check_scene(const Scene& scene);
 
 /// Throws Error for sizes, spacing, direction or voxels that no engine can work with. `where` names the file.

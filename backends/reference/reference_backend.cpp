@@ -20,7 +20,8 @@ double value_at(const Volume& volume, const Eigen::Vector3i& voxel) {
     return inside ? volume(voxel.x(), voxel.y(), voxel.z()) : 0;
 }
 
-/// Calls add(weights per axis, signs of the weights' slopes, voxel) for the 8 voxels around a point in voxel coordinates.
+/// Calls add(weights per axis, signs of the weights' slopes, voxel) for the 8 voxels around a point in voxel
+/// coordinates.
 template <class Add>
 void for_corners(const Eigen::Vector3d& y, const Add& add) {
     const Eigen::Vector3d base = y.array().floor();
@@ -32,8 +33,8 @@ void for_corners(const Eigen::Vector3d& y, const Add& add) {
     }
 }
 
-/// The trilinear interpolant of the zero-padded lattice. On a lattice plane it is that plane's bilinear interpolant, which is
-/// what `joseph` needs.
+/// The trilinear interpolant of the zero-padded lattice. On a lattice plane it is that plane's bilinear interpolant,
+/// which is what `joseph` needs.
 double interpolate(const Volume& volume, const Eigen::Vector3d& y) {
     double sum = 0;
     for_corners(y, [&](const Eigen::Vector3d& weight, const Eigen::Vector3i&, const Eigen::Vector3i& voxel) {
@@ -46,7 +47,8 @@ double interpolate(const Volume& volume, const Eigen::Vector3d& y) {
 Eigen::Vector3d interpolate_gradient(const Volume& volume, const Eigen::Vector3d& y) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for_corners(y, [&](const Eigen::Vector3d& w, const Eigen::Vector3i& sign, const Eigen::Vector3i& voxel) {
-        sum += value_at(volume, voxel) * Eigen::Vector3d(sign.x() * w.y() * w.z(), sign.y() * w.x() * w.z(), sign.z() * w.x() * w.y());
+        sum += value_at(volume, voxel) *
+               Eigen::Vector3d(sign.x() * w.y() * w.z(), sign.y() * w.x() * w.z(), sign.z() * w.x() * w.y());
     });
     return sum;
 }
@@ -87,8 +89,9 @@ double march_joseph(const Volume& volume, const RayFrame& frame, const Eigen::Ve
     return std::abs(depth_per_plane) * volume.grid.spacing_mm.cwiseProduct(ray).norm();
 }
 
-/// Midpoint rule: samples at distances (k + 1/2) step from the source. They do not depend on where the ray enters the volume,
-/// so clipping cannot change the result and the derivative is exact (the field is continuous and zero at its border).
+/// Midpoint rule: samples at distances (k + 1/2) step from the source. They do not depend on where the ray enters the
+/// volume, so clipping cannot change the result and the derivative is exact (the field is continuous and zero at its
+/// border).
 template <class Visit>
 double march_trilinear(const Volume& volume, const RayFrame& frame, const Eigen::Vector3d& ray, double step_mm,
                        const Visit& visit) {
@@ -132,7 +135,8 @@ protected:
         for (std::size_t i = 0; i < frames.size(); ++i) {
             const std::vector<Image> moving = moving_channels(render_frame(frames[i]), similarity_);
             const std::array<Image, 6> derivative_images = render_derivatives(frames[i], derivatives[i]);
-            std::vector<std::array<Image, 6>> jacobian(moving.size());  // the filter is linear: it applies to each derivative
+            std::vector<std::array<Image, 6>> jacobian(
+                moving.size());  // the filter is linear: it applies to each derivative
             for (int p = 0; p < 6; ++p) {
                 std::vector<Image> channels = moving_channels(derivative_images[p], similarity_);
                 for (std::size_t c = 0; c < moving.size(); ++c) jacobian[c][p] = std::move(channels[c]);
@@ -177,7 +181,8 @@ private:
             for (int u = 0; u < size_px.x(); ++u) {
                 const Eigen::Vector3d ray = frame.ray_voxel(u, v);
                 double sum = 0;
-                Eigen::Vector3d g0 = Eigen::Vector3d::Zero(), g1 = Eigen::Vector3d::Zero();  // of grad f, of depth grad f
+                Eigen::Vector3d g0 = Eigen::Vector3d::Zero(),
+                                g1 = Eigen::Vector3d::Zero();  // of grad f, of depth grad f
                 const double length_mm = march(frame, ray, [&](const Eigen::Vector3d& y, double depth) {
                     const Eigen::Vector3d gradient = interpolate_gradient(volume_, y);
                     sum += interpolate(volume_, y);
@@ -189,8 +194,8 @@ private:
                     const Eigen::Vector3d dd = derivatives[p].ray_voxel(u, v);
                     double derivative = g0.dot(ds) + g1.dot(dd);
                     if (render_.projector == Projector::joseph) {
-                        // The sample stays in its plane, so its depth changes by -(ds_a + depth dd_a) / d_a; and so does the
-                        // length per plane, by -dd_a / d_a of itself (a rotation keeps |spacing .* d|).
+                        // The sample stays in its plane, so its depth changes by -(ds_a + depth dd_a) / d_a; and so
+                        // does the length per plane, by -dd_a / d_a of itself (a rotation keeps |spacing .* d|).
                         const int a = dominant_axis(ray);
                         derivative -= (g0.dot(ray) * ds[a] + g1.dot(ray) * dd[a] + sum * dd[a]) / ray[a];
                     }

@@ -61,9 +61,9 @@ ViewGeometry view_from_c_arm(const CArm& c_arm) {
     secondary << 1, 0, 0, 0, std::cos(s), std::sin(s), 0, -std::sin(s), std::cos(s);
     base << -1, 0, 0, 0, 0, -1, 0, -1, 0;
     const Eigen::Matrix3d gantry = primary * secondary;
-    return {camera_from_pitch(c_arm.size_px, c_arm.sdd_mm, c_arm.pixel_pitch_mm,
-                              c_arm.principal_point_px.value_or(middle)),
-            {base * gantry.transpose(), Eigen::Vector3d(0, 0, c_arm.sad_mm)}};
+    return {
+        camera_from_pitch(c_arm.size_px, c_arm.sdd_mm, c_arm.pixel_pitch_mm, c_arm.principal_point_px.value_or(middle)),
+        {base * gantry.transpose(), Eigen::Vector3d(0, 0, c_arm.sad_mm)}};
 }
 
 ViewGeometry view_from_projection_matrix(const Eigen::Matrix<double, 3, 4>& pixel_from_world,

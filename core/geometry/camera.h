@@ -11,9 +11,9 @@ namespace raylign {
 /// Pinhole camera. Source at the origin, x along image columns, y along rows (down), z towards the detector.
 /// u = K x / z with K = `intrinsics_px` (upper triangular, K(2,2) = 1); integer pixel coordinates are pixel centres.
 struct Camera {
-    Eigen::Vector2i size_px = Eigen::Vector2i::Zero();               ///< columns, rows
+    Eigen::Vector2i size_px = Eigen::Vector2i::Zero();  ///< columns, rows
     Eigen::Matrix3d intrinsics_px = Eigen::Matrix3d::Identity();
-    std::optional<double> sdd_mm;                                    ///< source to detector; unknown for a bare K
+    std::optional<double> sdd_mm;  ///< source to detector; unknown for a bare K
 
     /// Pixel pitch at the detector [mm]: sdd / (fx, fy). Empty where sdd is unknown.
     [[nodiscard]] std::optional<Eigen::Vector2d> pixel_pitch_mm() const;
@@ -30,12 +30,13 @@ struct ViewGeometry {
                                        const Eigen::Vector2d& pixel_pitch_mm,
                                        const Eigen::Vector2d& principal_point_px);
 
-/// Isocentric C-arm: the world's origin is the isocentre, its axes are patient LPS (x left, y posterior, z head) of a supine
-/// patient. At angles 0/0 the source is posterior (+y, under the table), the detector anterior. The image is what the detector
-/// sees from the source: columns run to the patient's RIGHT, rows to the feet. (A display that puts the patient's left on the
-/// right side is mirrored against this.) A positive primary angle turns the detector to the patient's left (LAO), a positive
-/// secondary angle to the head (CRA), as DICOM (0018,1510) and (0018,1511) define them.
-/// camera_from_world = T(0, 0, sad) * B * (R_z(primary) R_x(-secondary))^T, rows of B: (-1,0,0), (0,0,-1), (0,-1,0).
+/// Isocentric C-arm: the world's origin is the isocentre, its axes are patient LPS (x left, y posterior, z head) of a
+/// supine patient. At angles 0/0 the source is posterior (+y, under the table), the detector anterior. The image is
+/// what the detector sees from the source: columns run to the patient's RIGHT, rows to the feet. (A display that puts
+/// the patient's left on the right side is mirrored against this.) A positive primary angle turns the detector to the
+/// patient's left (LAO), a positive secondary angle to the head (CRA), as DICOM (0018,1510) and (0018,1511) define
+/// them. camera_from_world = T(0, 0, sad) * B * (R_z(primary) R_x(-secondary))^T, rows of B: (-1,0,0), (0,0,-1),
+/// (0,-1,0).
 struct CArm {
     double sad_mm = 0;  ///< source to isocentre (axis)
     double sdd_mm = 0;

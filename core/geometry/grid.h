@@ -7,10 +7,10 @@ namespace raylign {
 /// Where the voxels of a volume lie in patient coordinates (ct frame: LPS, mm). Integer coordinates are voxel centres:
 /// x_ct = origin_mm + direction * (spacing_mm .* voxel).
 struct VoxelGrid {
-    Eigen::Vector3i size = Eigen::Vector3i::Zero();                  ///< voxels along x (fastest), y, z
-    Eigen::Vector3d spacing_mm = Eigen::Vector3d::Ones();            ///< positive
-    Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();             ///< centre of voxel (0, 0, 0)
-    Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();         ///< columns: unit axes, orthonormal, may mirror
+    Eigen::Vector3i size = Eigen::Vector3i::Zero();           ///< voxels along x (fastest), y, z
+    Eigen::Vector3d spacing_mm = Eigen::Vector3d::Ones();     ///< positive
+    Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();      ///< centre of voxel (0, 0, 0)
+    Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< columns: unit axes, orthonormal, may mirror
 
     [[nodiscard]] Eigen::Vector3d ct_from_voxel(const Eigen::Vector3d& voxel) const {
         return origin_mm + direction * spacing_mm.cwiseProduct(voxel);
@@ -22,9 +22,7 @@ struct VoxelGrid {
     [[nodiscard]] Eigen::Vector3d centre_ct_mm() const {
         return ct_from_voxel((size.cast<double>() - Eigen::Vector3d::Ones()) / 2);
     }
-    [[nodiscard]] long long voxel_count() const {
-        return static_cast<long long>(size.x()) * size.y() * size.z();
-    }
+    [[nodiscard]] long long voxel_count() const { return static_cast<long long>(size.x()) * size.y() * size.z(); }
 };
 
 }  // namespace raylign

@@ -36,8 +36,8 @@ std::vector<RayFrame> make_ray_frames(const VoxelGrid& grid, std::span<const Vie
 RayFrameDerivatives make_ray_frame_derivatives(const VoxelGrid& grid, const ViewGeometry& view,
                                                const RigidTransform& world_from_ct,
                                                const Eigen::Vector3d& centre_world_mm) {
-    const Eigen::Matrix3d voxel_from_world = grid.spacing_mm.cwiseInverse().asDiagonal() * grid.direction.transpose() *
-                                             world_from_ct.rotation.transpose();
+    const Eigen::Matrix3d voxel_from_world =
+        grid.spacing_mm.cwiseInverse().asDiagonal() * grid.direction.transpose() * world_from_ct.rotation.transpose();
     const RigidTransform world_from_camera = inverse(view.camera_from_world);
     const Eigen::Matrix3d world_from_pixel = world_from_camera.rotation * view.camera.intrinsics_px.inverse();
     const Eigen::Vector3d arm_mm = world_from_camera.translation_mm - centre_world_mm;

@@ -13,9 +13,9 @@
 namespace raylign {
 
 /// All rays of one view under one pose, in voxel coordinates: everything that an engine knows of geometry.
-/// The ray of pixel (u, v) is y(depth) = source_voxel + depth * (direction_voxel + u * step_u_voxel + v * step_v_voxel),
-/// where depth [mm] runs along the camera's z axis from 0 (source) to `depth_max_mm` (detector).
-/// The length of a ray per unit of depth is |spacing_mm .* direction(u, v)| (the direction matrix is orthonormal).
+/// The ray of pixel (u, v) is y(depth) = source_voxel + depth * (direction_voxel + u * step_u_voxel + v *
+/// step_v_voxel), where depth [mm] runs along the camera's z axis from 0 (source) to `depth_max_mm` (detector). The
+/// length of a ray per unit of depth is |spacing_mm .* direction(u, v)| (the direction matrix is orthonormal).
 struct RayFrame {
     Eigen::Vector3d source_voxel;
     Eigen::Vector3d direction_voxel;  ///< of pixel (0, 0), per mm of depth
@@ -49,8 +49,9 @@ struct RayFrameDerivative {
         return direction_voxel + u * step_u_voxel + v * step_v_voxel;
     }
 };
-/// With respect to the twist (w, v) at zero, applied about `centre_world_mm`: a world point x stays where it is while the volume
-/// moves, so in ct it moves by -R^T (v + w x (x - c)) and a direction d by -R^T (w x d), R = rotation of world_from_ct.
+/// With respect to the twist (w, v) at zero, applied about `centre_world_mm`: a world point x stays where it is while
+/// the volume moves, so in ct it moves by -R^T (v + w x (x - c)) and a direction d by -R^T (w x d), R = rotation of
+/// world_from_ct.
 using RayFrameDerivatives = std::array<RayFrameDerivative, 6>;
 [[nodiscard]] RayFrameDerivatives make_ray_frame_derivatives(const VoxelGrid& grid, const ViewGeometry& view,
                                                              const RigidTransform& world_from_ct,

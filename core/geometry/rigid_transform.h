@@ -25,7 +25,8 @@ struct RigidTransform {
 [[nodiscard]] RigidTransform inverse(const RigidTransform& b_from_a);
 
 /// Exponential of SE(3): exp(w, v) = (R, V v), R = I + A [w] + B [w]^2, V = I + B [w] + C [w]^2 with, for t = |w|,
-/// A = sin t / t, B = (1 - cos t) / t^2, C = (t - sin t) / t^3. Source: Barfoot, State Estimation for Robotics, eq. 7.86.
+/// A = sin t / t, B = (1 - cos t) / t^2, C = (t - sin t) / t^3. Source: Barfoot, State Estimation for Robotics,
+/// eq. 7.86.
 [[nodiscard]] RigidTransform exp(const Twist& twist);
 
 /// Inverse of exp for rotation angles in [0, pi]; at pi one of the two equal axes is chosen.
@@ -42,8 +43,9 @@ struct RigidTransform {
 [[nodiscard]] Eigen::Matrix4d to_matrix(const RigidTransform& b_from_a);
 
 /// A homogeneous 4x4 matrix as a rigid transform. `where` names the source of the matrix in error messages.
-/// The rotation must be orthonormal within 1e-4 (text files carry few digits) and is then made exactly so (nearest rotation).
-/// Throws Error for non-finite numbers, a last row other than 0 0 0 1, a non-orthonormal or mirrored rotation.
+/// The rotation must be orthonormal within 1e-4 (text files carry few digits) and is then made exactly so (nearest
+/// rotation). Throws Error for non-finite numbers, a last row other than 0 0 0 1, a non-orthonormal or mirrored
+/// rotation.
 [[nodiscard]] RigidTransform rigid_from_matrix(const Eigen::Matrix4d& matrix, std::string_view where);
 
 /// Nearest rotation matrix in the Frobenius norm (polar decomposition by SVD).

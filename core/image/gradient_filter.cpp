@@ -17,7 +17,8 @@ Image correlate(const Image& in, const std::vector<double>& taps, int dx, int dy
         for (int x = 0; x < in.width; ++x) {
             double sum = 0;
             for (int k = -radius; k <= radius; ++k) {
-                sum += taps[k + radius] * in(std::clamp(x + k * dx, 0, in.width - 1), std::clamp(y + k * dy, 0, in.height - 1));
+                sum += taps[k + radius] *
+                       in(std::clamp(x + k * dx, 0, in.width - 1), std::clamp(y + k * dy, 0, in.height - 1));
             }
             out(x, y) = static_cast<float>(sum);
         }

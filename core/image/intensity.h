@@ -10,16 +10,17 @@
 
 namespace raylign {
 
-/// HU to linear attenuation: mu = water_per_mm * (1 + HU / 1000), and 0 at or below the cut-off (air and noise around it).
+/// HU to linear attenuation: mu = water_per_mm * (1 + HU / 1000), and 0 at or below the cut-off (air and noise around
+/// it).
 struct HuPreset {
     std::string_view name;
-    double energy_kev;     ///< effective energy the preset stands for; 0 = another tool's habit
+    double energy_kev;  ///< effective energy the preset stands for; 0 = another tool's habit
     double water_per_mm;
     double cutoff_hu;
     std::string_view source;
 };
-[[nodiscard]] std::span<const HuPreset> hu_presets();                   ///< the default first
-[[nodiscard]] const HuPreset& hu_preset(std::string_view name);         ///< throws Error listing the valid names
+[[nodiscard]] std::span<const HuPreset> hu_presets();            ///< the default first
+[[nodiscard]] const HuPreset& hu_preset(std::string_view name);  ///< throws Error listing the valid names
 [[nodiscard]] float attenuation_from_hu(double hu, const HuPreset& preset);
 
 enum class IntensityKind { automatic, line_integral, transmission };
@@ -35,14 +36,14 @@ struct IntensitySettings {
 /// Pixels as read from a file.
 struct RawXray {
     Image image;
-    bool integer_pixels = false;    ///< stored as integers: a detector's counts rather than line integrals
-    double max_representable = 0;   ///< of the stored type, e.g. 255; 0 for float
-    bool monochrome1 = false;       ///< DICOM: large values are dark
+    bool integer_pixels = false;   ///< stored as integers: a detector's counts rather than line integrals
+    double max_representable = 0;  ///< of the stored type, e.g. 255; 0 for float
+    bool monochrome1 = false;      ///< DICOM: large values are dark
 };
 
 struct XrayConversion {
-    Image line_integral;               ///< denser = larger
-    Image weights;                     ///< given mask, with non-finite pixels set to 0; empty = all ones
+    Image line_integral;                 ///< denser = larger
+    Image weights;                       ///< given mask, with non-finite pixels set to 0; empty = all ones
     std::vector<std::string> decisions;  ///< what was settled automatically and from what, for the report
 };
 

@@ -6,8 +6,8 @@
 
 namespace raylign {
 
-/// Averages 2x2x2 voxels (axes of one voxel stay as they are). Voxel i of the result covers 2i and 2i + 1, so its centre is
-/// half a fine spacing further in. Odd sizes are padded with one plane of zeros: the total mass is kept.
+/// Averages 2x2x2 voxels (axes of one voxel stay as they are). Voxel i of the result covers 2i and 2i + 1, so its
+/// centre is half a fine spacing further in. Odd sizes are padded with one plane of zeros: the total mass is kept.
 [[nodiscard]] Volume half_resolution(const Volume& volume);
 
 /// Averages 2x2 pixels weighted by their weights; a last odd row or column is dropped. The camera follows

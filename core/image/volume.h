@@ -8,8 +8,8 @@
 namespace raylign {
 
 /// Linear attenuation on a voxel grid. The field is the trilinear interpolant of the lattice padded with zeros:
-/// its support is (-1, n) voxels per axis, it is continuous, and a row of n voxels of value v and spacing s integrates to
-/// exactly n s v.
+/// its support is (-1, n) voxels per axis, it is continuous, and a row of n voxels of value v and spacing s integrates
+/// to exactly n s v.
 struct Volume {
     VoxelGrid grid;
     std::vector<float> attenuation_per_mm;  ///< x fastest, grid.voxel_count() values, finite

@@ -167,7 +167,9 @@ VoxelGrid stack_slices(DicomSeries& series) {
     std::ranges::stable_sort(series.slices, {}, [&](const DicomSlice& slice) { return normal.dot(slice.position_mm); });
     VoxelGrid grid;
     grid.size = {first.size.x(), first.size.y(), static_cast<int>(series.slices.size())};
-    grid.spacing_mm << first.pitch_mm, checked_spacing_mm(series.slices, normal);
+    // Not within Eigen's comma initialiser: its destructor asserts when an exception leaves it half filled.
+    const double spacing_z_mm = checked_spacing_mm(series.slices, normal);
+    grid.spacing_mm = {first.pitch_mm.x(), first.pitch_mm.y(), spacing_z_mm};
     check_not_askew(series.slices, normal);
     grid.origin_mm = series.slices.front().position_mm;
     grid.direction << first.axis_x, first.axis_y, normal;

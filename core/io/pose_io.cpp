@@ -69,10 +69,11 @@ RigidTransform pose_from_itk(const std::filesystem::path& path, itk::TransformIO
 
 std::string itk_text(const RigidTransform& world_from_ct) {
     std::string text = "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters:";
+    const auto append = [&](double number) { (text += ' ') += detail::number_text(number); };
     for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) text += " " + detail::number_text(world_from_ct.rotation(r, c));
+        for (int c = 0; c < 3; ++c) append(world_from_ct.rotation(r, c));
     }
-    for (int r = 0; r < 3; ++r) text += " " + detail::number_text(world_from_ct.translation_mm[r]);
+    for (int r = 0; r < 3; ++r) append(world_from_ct.translation_mm[r]);
     return text + "\nFixedParameters: 0 0 0\n";
 }
 

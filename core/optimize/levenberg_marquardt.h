@@ -18,32 +18,33 @@ struct LocalModel {
 
 /// A problem on a manifold: `step` is measured from the current base, which `accept` moves.
 struct ManifoldProblem {
-    std::function<LocalModel(const Eigen::VectorXd& step)> linearize;  ///< the model at base + step, in coordinates around there
-    std::function<void(const Eigen::VectorXd& step)> accept;           ///< base <- base + step
+    std::function<LocalModel(const Eigen::VectorXd& step)>
+        linearize;                                            ///< the model at base + step, in coordinates around there
+    std::function<void(const Eigen::VectorXd& step)> accept;  ///< base <- base + step
     int dimension = 6;
 };
 
 /// Lengths are in the units of the (scaled, unitless) parameters.
 struct LevenbergMarquardtOptions {
-    double max_step = 25;            ///< longest step, positive
-    double step_tolerance = 1e-3;    ///< converged when a step is shorter, positive
-    double initial_damping = 1e-3;   ///< share of the diagonal added to it, positive
-    int max_iterations = 50;         ///< linearizations, in [1, 10000]
+    double max_step = 25;           ///< longest step, positive
+    double step_tolerance = 1e-3;   ///< converged when a step is shorter, positive
+    double initial_damping = 1e-3;  ///< share of the diagonal added to it, positive
+    int max_iterations = 50;        ///< linearizations, in [1, 10000]
 
     /// The first fault in words, or empty.
     [[nodiscard]] std::string problem() const;
 };
 
 struct LevenbergMarquardtResult {
-    LocalModel model;  ///< at the final base
+    LocalModel model;    ///< at the final base
     int iterations = 0;  ///< accepted steps
     int linearizations = 0;
     Termination termination = Termination::converged;
 };
 
-/// Solves (H + damping diag H) step = -gradient, accepts a step only if the cost falls (damping x 0.2, else x 8), caps its length.
-/// Each trial is linearized at once: accepted trials, the rule, then need no second evaluation.
-/// Source: Marquardt 1963; the factors from the prototype of this program.
+/// Solves (H + damping diag H) step = -gradient, accepts a step only if the cost falls (damping x 0.2, else x 8), caps
+/// its length. Each trial is linearized at once: accepted trials, the rule, then need no second evaluation. Source:
+/// Marquardt 1963; the factors from the prototype of this program.
 [[nodiscard]] LevenbergMarquardtResult levenberg_marquardt(const ManifoldProblem& problem,
                                                            const LevenbergMarquardtOptions& options,
                                                            const StepCallback& on_step = {});

@@ -9,9 +9,9 @@
 namespace raylign {
 namespace {
 
-constexpr double kLeastCurvatureShare = 0.01;             // keeps a flat or noisy direction from taking over
+constexpr double kLeastCurvatureShare = 0.01;                 // keeps a flat or noisy direction from taking over
 constexpr std::array kLineFactors{0.25, 0.5, 1.0, 2.0, 4.0};  // of the last step's length
-constexpr double kShrink = 0.1;                           // of the length, after a line search without success
+constexpr double kShrink = 0.1;                               // of the length, after a line search without success
 
 struct Differences {
     Eigen::VectorXd gradient, curvature;
@@ -86,7 +86,8 @@ private:
         const auto lowest = std::ranges::min_element(points_, {}, &LinePoint::cost);
         if (lowest == points_.begin() || lowest + 1 == points_.end()) return 0;
         const LinePoint a = *(lowest - 1), b = *lowest, c = *(lowest + 1);
-        const double left = (b.length - a.length) * (b.cost - c.cost), right = (b.length - c.length) * (b.cost - a.cost);
+        const double left = (b.length - a.length) * (b.cost - c.cost),
+                     right = (b.length - c.length) * (b.cost - a.cost);
         if (left - right == 0) return 0;
         return b.length - 0.5 * ((b.length - a.length) * left - (b.length - c.length) * right) / (left - right);
     }
@@ -103,7 +104,8 @@ std::string SteepestDescentOptions::problem() const {
     if (!(difference_step > 0)) return "difference_step = " + std::to_string(difference_step) + ": must be positive";
     if (!(step_tolerance > 0)) return "step_tolerance = " + std::to_string(step_tolerance) + ": must be positive";
     if (!(initial_step > 0)) return "initial_step = " + std::to_string(initial_step) + ": must be positive";
-    if (!(max_step >= initial_step)) return "max_step = " + std::to_string(max_step) + ": must be at least initial_step";
+    if (!(max_step >= initial_step))
+        return "max_step = " + std::to_string(max_step) + ": must be at least initial_step";
     if (max_iterations < 1 || max_iterations > 10000) {
         return "max_iterations = " + std::to_string(max_iterations) + ": must be in [1, 10000]";
     }
@@ -111,8 +113,7 @@ std::string SteepestDescentOptions::problem() const {
 }
 
 SteepestDescentResult steepest_descent(const BatchObjective& objective, const Eigen::VectorXd& start,
-                                       const SteepestDescentOptions& options,
-                                       const SteepestDescentCallback& on_step) {
+                                       const SteepestDescentOptions& options, const SteepestDescentCallback& on_step) {
     if (const std::string fault = options.problem(); !fault.empty()) throw Error(fault);
     SteepestDescentResult result{start};
     objective({&start, 1}, {&result.cost, 1});

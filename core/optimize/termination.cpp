@@ -4,10 +4,14 @@ namespace raylign {
 
 std::string_view termination_name(Termination termination) {
     switch (termination) {
-        case Termination::converged: return "converged";
-        case Termination::max_iterations: return "max-iterations";
-        case Termination::non_finite_cost: return "non-finite-cost";
-        case Termination::stopped: return "stopped";
+        case Termination::converged:
+            return "converged";
+        case Termination::max_iterations:
+            return "max-iterations";
+        case Termination::non_finite_cost:
+            return "non-finite-cost";
+        case Termination::stopped:
+            return "stopped";
     }
     return "unknown";
 }

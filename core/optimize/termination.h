@@ -6,7 +6,7 @@ namespace raylign {
 
 /// Why an optimizer stopped; one set for all methods.
 enum class Termination {
-    converged,        ///< no step longer than the tolerance lowers the cost
+    converged,  ///< no step longer than the tolerance lowers the cost
     max_iterations,
     non_finite_cost,  ///< the objective gave NaN or infinity
     stopped,          ///< the caller's callback said so

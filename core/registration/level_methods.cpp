@@ -9,7 +9,8 @@
 namespace raylign {
 namespace {
 
-constexpr double kDifferenceStep_px = 0.25;  // of a pixel at the object: small against the filter, large against float noise
+constexpr double kDifferenceStep_px =
+    0.25;  // of a pixel at the object: small against the filter, large against float noise
 constexpr double kMaxStep_px = 16;
 
 /// d twist / d x of PoseSpace: parameters are millimetres at the rim.
@@ -70,11 +71,11 @@ LevelOutcome run_gauss_newton(const LevelProblem& problem, const PoseCallback& o
         outcome.last_step_mm = s.length;
         return on_step(s, base);
     };
-    const LevenbergMarquardtResult found =
-        levenberg_marquardt(manifold, {.max_step = kMaxStep_px * problem.pixel_at_object_mm,
-                                       .step_tolerance = problem.step_tolerance_mm,
-                                       .max_iterations = problem.max_iterations},
-                            step);
+    const LevenbergMarquardtResult found = levenberg_marquardt(manifold,
+                                                               {.max_step = kMaxStep_px * problem.pixel_at_object_mm,
+                                                                .step_tolerance = problem.step_tolerance_mm,
+                                                                .max_iterations = problem.max_iterations},
+                                                               step);
     outcome.world_from_ct = base;
     outcome.cost = found.model.cost;
     outcome.iterations = found.iterations;

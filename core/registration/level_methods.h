@@ -13,8 +13,8 @@ namespace raylign {
 struct LevelProblem {
     Session& session;
     RigidTransform start_world_from_ct;
-    ObjectExtent extent;          ///< rotation centre and scale
-    double pixel_at_object_mm;    ///< the level's unit of length
+    ObjectExtent extent;        ///< rotation centre and scale
+    double pixel_at_object_mm;  ///< the level's unit of length
     double initial_step_mm;
     double step_tolerance_mm;
     int max_iterations;

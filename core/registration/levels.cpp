@@ -32,8 +32,9 @@ GradientFilter narrowed(const GradientFilter& finest, int coarser_by) {
 
 }  // namespace
 
-std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views, const RigidTransform& world_from_ct,
-                                   const ObjectExtent& extent, const GradientFilter& finest_filter, int levels) {
+std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
+                                   const RigidTransform& world_from_ct, const ObjectExtent& extent,
+                                   const GradientFilter& finest_filter, int levels) {
     const Eigen::Vector3d centre_world_mm = world_from_ct * extent.centre_ct_mm;
     LevelPlan finest;
     finest.filter = finest_filter;

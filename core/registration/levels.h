@@ -18,9 +18,9 @@ struct LevelPlan {
     double pixel_at_object_mm = 0;  ///< the finest over views: the level's unit of length
 };
 
-/// The levels, coarsest first. Each view's finest level is the first whose pixel, projected to the object, is at least half a
-/// voxel wide (finer pixels hold nothing that the CT could explain); each coarser one halves it, down to images whose smaller
-/// side is at least 32 px, or `levels` in number. The volume is halved until its voxel fits the pixel.
+/// The levels, coarsest first. Each view's finest level is the first whose pixel, projected to the object, is at least
+/// half a voxel wide (finer pixels hold nothing that the CT could explain); each coarser one halves it, down to images
+/// whose smaller side is at least 32 px, or `levels` in number. The volume is halved until its voxel fits the pixel.
 [[nodiscard]] std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
                                                  const RigidTransform& world_from_ct, const ObjectExtent& extent,
                                                  const GradientFilter& finest_filter, int levels);

@@ -15,9 +15,9 @@ struct ObjectExtent {
 /// Throws Error where no voxel attenuates.
 [[nodiscard]] ObjectExtent object_extent(const Volume& volume);
 
-/// Six unitless parameters around a base pose: world_from_ct(x) = exp_about(twist(x), c) * base, where c is the object's
-/// centre in world under the base pose and twist(x) = (x_0..2 / radius, x_3..5). One unit moves the object by about 1 mm at
-/// its rim, in rotation as in translation.
+/// Six unitless parameters around a base pose: world_from_ct(x) = exp_about(twist(x), c) * base, where c is the
+/// object's centre in world under the base pose and twist(x) = (x_0..2 / radius, x_3..5). One unit moves the object by
+/// about 1 mm at its rim, in rotation as in translation.
 struct PoseSpace {
     RigidTransform base_world_from_ct;
     Eigen::Vector3d centre_world_mm;

@@ -68,7 +68,11 @@ class Driver {
 public:
     Driver(const Volume& volume, std::span<const View> views, const RegistrationOptions& options, Backend& backend,
            const ProgressCallback& progress)
-        : volume_(volume), views_(views), options_(options), backend_(backend), progress_(progress),
+        : volume_(volume),
+          views_(views),
+          options_(options),
+          backend_(backend),
+          progress_(progress),
           extent_(object_extent(volume)) {
         if (options.rotation_centre_ct_mm) extent_.centre_ct_mm = *options.rotation_centre_ct_mm;
     }
@@ -160,7 +164,9 @@ private:
             .initial_step_mm = initial_step_mm,
             .step_tolerance_mm = (finest ? kToleranceFinest_px : kToleranceCoarse_px) * plan.pixel_at_object_mm,
             .max_iterations = options_.max_iterations_per_level};
-        const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) { return record(step, pose, plan); };
+        const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) {
+            return record(step, pose, plan);
+        };
         return result_.method == Method::gauss_newton ? run_gauss_newton(problem, on_step)
                                                       : run_steepest_descent(problem, on_step);
     }
@@ -194,7 +200,8 @@ private:
         const std::vector<MomentSums> sums = session.moment_sums({&start, 1});
         const auto channels = static_cast<std::size_t>(session.channel_count());
         for (std::size_t v = 0; v < session.view_count(); ++v) {
-            if (!std::all_of(sums.begin() + v * channels, sums.begin() + (v + 1) * channels, moving_is_constant)) continue;
+            if (!std::all_of(sums.begin() + v * channels, sums.begin() + (v + 1) * channels, moving_is_constant))
+                continue;
             throw Error("start pose: the DRR misses the detector of view " + views_[v].name +
                         " (nothing of the volume is projected onto its usable pixels)");
         }
@@ -204,8 +211,8 @@ private:
         const LevelReport& last = result_.levels.back();
         std::vector<std::string>& reasons = result_.reasons;
         if (last.termination != Termination::converged) {
-            reasons.push_back("the finest level ended by " + std::string(termination_name(last.termination)) + " after " +
-                              std::to_string(last.iterations) + " iterations");
+            reasons.push_back("the finest level ended by " + std::string(termination_name(last.termination)) +
+                              " after " + std::to_string(last.iterations) + " iterations");
         }
         for (std::size_t v = 0; v < result_.view_costs.size(); ++v) {
             if (result_.view_costs[v] < kUnrelatedCost) continue;
@@ -234,9 +241,12 @@ private:
 
 std::string_view method_name(Method method) {
     switch (method) {
-        case Method::automatic: return "auto";
-        case Method::gauss_newton: return "gauss-newton";
-        case Method::steepest_descent: return "steepest-descent";
+        case Method::automatic:
+            return "auto";
+        case Method::gauss_newton:
+            return "gauss-newton";
+        case Method::steepest_descent:
+            return "steepest-descent";
     }
     return "unknown";
 }

@@ -22,9 +22,9 @@ enum class Method {
 
 struct RegistrationOptions {
     Method method = Method::automatic;
-    Similarity similarity;             ///< filter: as wide as given on the finest level, narrower on coarser ones
+    Similarity similarity;  ///< filter: as wide as given on the finest level, narrower on coarser ones
     RenderSettings render;
-    int levels = 0;                    ///< resolutions, each half the next; 0 = until images are about 32 px; in [0, 8]
+    int levels = 0;  ///< resolutions, each half the next; 0 = until images are about 32 px; in [0, 8]
     int max_iterations_per_level = 100;  ///< in [1, 10000]
     /// Rotation centre and the scale of rotations. Default: centre and radius of the object (attenuating voxels).
     std::optional<Eigen::Vector3d> rotation_centre_ct_mm;
@@ -61,19 +61,19 @@ struct RegistrationResult {
     std::vector<LevelReport> levels;           ///< coarsest first
     std::vector<IterationRecord> history;
     int iterations = 0;
-    SessionCounters counters;                  ///< summed over levels
-    SessionTiming timing;                      ///< summed over levels
-    double optimizer_s = 0;                    ///< wall time outside prepare and the engine
+    SessionCounters counters;  ///< summed over levels
+    SessionTiming timing;      ///< summed over levels
+    double optimizer_s = 0;    ///< wall time outside prepare and the engine
     double total_s = 0;
-    bool ok = false;                           ///< the verdict
-    std::vector<std::string> reasons;          ///< why not, in words for people; empty if ok
+    bool ok = false;                   ///< the verdict
+    std::vector<std::string> reasons;  ///< why not, in words for people; empty if ok
 };
 
 struct RegistrationProgress {
     int level = 0, levels = 1;
     int iteration = 0;
     double cost = 0;
-    double fraction = 0;   ///< of the whole run, estimated, in [0, 1]
+    double fraction = 0;     ///< of the whole run, estimated, in [0, 1]
     double remaining_s = 0;  ///< estimated
 };
 /// Called after each step; return false to stop: the driver then throws Error(kind cancelled).

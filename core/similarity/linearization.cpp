@@ -64,7 +64,8 @@ Linearization linearize_view(std::span<const JacobianSums> channels) {
     return {mean.cost / count, mean.gradient / count, mean.curvature / count};
 }
 
-JacobianSums jacobian_sums(const Image& fixed, const Image& moving, std::span<const Image, 6> jacobian, const Image& weights) {
+JacobianSums jacobian_sums(const Image& fixed, const Image& moving, std::span<const Image, 6> jacobian,
+                           const Image& weights) {
     JacobianSums sums;
     sums.moments = moment_sums(fixed, moving, weights);
     for (std::size_t p = 0; p < fixed.pixels.size(); ++p) {

@@ -12,9 +12,7 @@ namespace {
 /// A variance below this share of the raw second moment is rounding error of float pixels, not signal.
 constexpr double kConstantShare = 1e-12;
 
-double variance_sum(double weight, double sum, double sum_of_squares) {
-    return sum_of_squares - sum * sum / weight;
-}
+double variance_sum(double weight, double sum, double sum_of_squares) { return sum_of_squares - sum * sum / weight; }
 
 void check_fixed(const View& view) {
     const Eigen::Vector2i& size = view.geometry.camera.size_px;
@@ -99,8 +97,8 @@ FixedChannels make_fixed_channels(const View& view, const Similarity& similarity
 
 MomentSums moment_sums(const Image& fixed, const Image& moving, const Image& weights) {
     MomentSums sums;
-    // Row by row: one running sum over a million equal pixels rounds the same way each time, and the variance that cancels
-    // from such sums no longer shows that the image is constant (1e-11 instead of 1e-13 of the second moment).
+    // Row by row: one running sum over a million equal pixels rounds the same way each time, and the variance that
+    // cancels from such sums no longer shows that the image is constant (1e-11 instead of 1e-13 of the second moment).
     for (int y = 0; y < fixed.height; ++y) {
         MomentSums row;
         for (int x = 0; x < fixed.width; ++x) {

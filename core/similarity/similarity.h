@@ -44,8 +44,8 @@ struct FixedChannels {
 [[nodiscard]] int channel_count(Metric metric);
 
 /// Images to channels: the filter of `similarity`, the view's weights eroded by its radius.
-/// Throws Error for a missing or non-finite image, a size that differs from the camera's, weights that are negative or not
-/// finite, fewer than `kMinPixels` usable pixels, or a constant channel (NCC undefined).
+/// Throws Error for a missing or non-finite image, a size that differs from the camera's, weights that are negative or
+/// not finite, fewer than `kMinPixels` usable pixels, or a constant channel (NCC undefined).
 [[nodiscard]] FixedChannels make_fixed_channels(const View& view, const Similarity& similarity);
 inline constexpr int kMinPixels = 32;  ///< below this, six pose parameters are not determined with any redundancy
 

@@ -20,7 +20,8 @@ protected:
         RAYLIGN_MAKE_BACKEND(made, GetParam());
         backend_ = std::move(made);
     }
-    [[nodiscard]] std::unique_ptr<Session> prepare(Projector projector = Projector::joseph, Metric metric = Metric::gc) const {
+    [[nodiscard]] std::unique_ptr<Session> prepare(Projector projector = Projector::joseph,
+                                                   Metric metric = Metric::gc) const {
         return backend_->prepare({volume_, views_, {projector, 0}, {metric, {1.5, 4}}});
     }
     [[nodiscard]] std::vector<double> costs(Session& session, const std::vector<RigidTransform>& poses) const {
@@ -103,14 +104,16 @@ TEST_P(BackendContract, TwiceTheAttenuationIsTwiceTheImage) {
 
 TEST_P(BackendContract, AGridsOriginAndDirectionAreHonoured) {
     const Image expected = prepare()->render(truth_, 0);
-    // The same field on a grid whose x axis runs backwards: voxels reversed, direction mirrored, origin at the other end.
+    // The same field on a grid whose x axis runs backwards: voxels reversed, direction mirrored, origin at the other
+    // end.
     Volume mirrored = volume_;
     const int nx = volume_.grid.size.x();
     mirrored.grid.origin_mm = volume_.grid.ct_from_voxel({nx - 1.0, 0, 0});
     mirrored.grid.direction.col(0) *= -1;
     for (int z = 0; z < volume_.grid.size.z(); ++z) {
         for (int y = 0; y < volume_.grid.size.y(); ++y) {
-            for (int x = 0; x < nx; ++x) mirrored.attenuation_per_mm[mirrored.index(x, y, z)] = volume_(nx - 1 - x, y, z);
+            for (int x = 0; x < nx; ++x)
+                mirrored.attenuation_per_mm[mirrored.index(x, y, z)] = volume_(nx - 1 - x, y, z);
         }
     }
     volume_ = mirrored;

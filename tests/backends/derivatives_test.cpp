@@ -61,8 +61,8 @@ protected:
 TEST_P(Derivatives, GradientIsTheLimitOfCentralDifferences) {
     Twist analytic = linearize().gradient;
     analytic.head<3>() /= kUnitRadius_mm;
-    // Interpolation has kinks at voxel borders, so the error of differences falls more slowly than h^2; float images of size 1
-    // add 1e-7 / h. Between those two, at h = 0.01 mm, a percent of the gradient is left.
+    // Interpolation has kinks at voxel borders, so the error of differences falls more slowly than h^2; float images of
+    // size 1 add 1e-7 / h. Between those two, at h = 0.01 mm, a percent of the gradient is left.
     Twist differences;
     const double h = 0.01;
     for (int i = 0; i < 6; ++i) {

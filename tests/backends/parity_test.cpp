@@ -39,7 +39,8 @@ TEST_P(BackendParity, ImagesAgreeForAllPosesViewsAndProjectors) {
         for (int i = 0; i < 6; ++i) {  // around the compass, so that every axis dominates once
             const RigidTransform pose = exp((Twist() << 0.5 * i, 0.9 * i, -0.4 * i, 3, -2, i).finished());
             for (std::size_t view = 0; view < 2; ++view) {
-                EXPECT_TRUE(test::images_near(ours->render(pose, view), oracle->render(pose, view), test::kFloatImageShare))
+                EXPECT_TRUE(
+                    test::images_near(ours->render(pose, view), oracle->render(pose, view), test::kFloatImageShare))
                     << projector_name(projector) << ", pose " << i << ", view " << view;
             }
         }
@@ -71,7 +72,8 @@ double sweep_minimum(Session& session, const RigidTransform& centre_pose, int ax
     constexpr int kSamples = 41;
     const double step = axis < 3 ? 0.25 * std::numbers::pi / 180 : 0.25;
     std::vector<RigidTransform> poses;
-    for (int i = 0; i < kSamples; ++i) poses.push_back(exp((i - kSamples / 2) * step * Twist::Unit(axis)) * centre_pose);
+    for (int i = 0; i < kSamples; ++i)
+        poses.push_back(exp((i - kSamples / 2) * step * Twist::Unit(axis)) * centre_pose);
     std::vector<double> costs(poses.size());
     session.evaluate(poses, costs);
     const int k = static_cast<int>(std::ranges::min_element(costs) - costs.begin());

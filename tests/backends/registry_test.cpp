@@ -35,7 +35,8 @@ TEST(Registry, EachBackendIsTheOneAskedFor) {
 }
 
 TEST(Registry, ABackendThatCannotRunSaysWhy) {
-    for (const BackendStatus& status : backend_statuses()) EXPECT_NE(status.available, !status.reason.empty()) << status.name;
+    for (const BackendStatus& status : backend_statuses())
+        EXPECT_NE(status.available, !status.reason.empty()) << status.name;
 }
 
 }  // namespace

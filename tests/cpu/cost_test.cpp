@@ -18,8 +18,10 @@ NamedScene cost_scene(const Eigen::Vector2i& size_px, bool masked) {
         view.weights = Image(size_px.x(), size_px.y(), 1);
         for (int y = 0; y < size_px.y(); ++y) {
             for (int x = 0; x < size_px.x(); ++x) {
-                if (x > 0.6 * size_px.x() || (x + y) % 97 == 0) view.weights(x, y) = 0;
-                else if (y % 3 == 0) view.weights(x, y) = 0.5F;
+                if (x > 0.6 * size_px.x() || (x + y) % 97 == 0)
+                    view.weights(x, y) = 0;
+                else if (y % 3 == 0)
+                    view.weights(x, y) = 0.5F;
             }
         }
         view.image(0, 0) = std::nanf("");  // masked: its value must not matter
@@ -78,7 +80,8 @@ TEST_P(CpuCost, MasksAreExact) {
 
 TEST_P(CpuCost, CameraLookingAwayCostsOne) {
     const NamedScene named = cost_scene({45, 37}, false);
-    auto session = make_cpu_backend({.threads = 1, .instruction_set = GetParam()})->prepare(named.scene(Projector::joseph));
+    auto session =
+        make_cpu_backend({.threads = 1, .instruction_set = GetParam()})->prepare(named.scene(Projector::joseph));
     const std::array<RigidTransform, 1> away = {RigidTransform::translate({5000, 5000, 5000})};
     std::array<double, 1> cost{};
     session->evaluate(away, cost);

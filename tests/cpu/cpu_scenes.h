@@ -22,8 +22,10 @@ inline std::vector<std::string> available_sets() {
     return sets;
 }
 
-/// Uniform random voxels in [0, 0.04] per mm: the hardest content for float coordinates. A share of blocks of 5 voxels is air.
-inline Volume random_volume(const Eigen::Vector3i& size, const Eigen::Vector3d& spacing_mm, unsigned seed, double air = 0) {
+/// Uniform random voxels in [0, 0.04] per mm: the hardest content for float coordinates. A share of blocks of 5 voxels
+/// is air.
+inline Volume random_volume(const Eigen::Vector3i& size, const Eigen::Vector3d& spacing_mm, unsigned seed,
+                            double air = 0) {
     Volume volume;
     volume.grid.size = size;
     volume.grid.spacing_mm = spacing_mm;
@@ -58,7 +60,8 @@ inline View view_along(const Eigen::Matrix3d& world_from_camera, const Eigen::Ve
 
 inline Eigen::Matrix3d rotation(double x_deg, double y_deg, double z_deg) {
     const double deg = EIGEN_PI / 180;
-    return (Eigen::AngleAxisd(z_deg * deg, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(y_deg * deg, Eigen::Vector3d::UnitY()) *
+    return (Eigen::AngleAxisd(z_deg * deg, Eigen::Vector3d::UnitZ()) *
+            Eigen::AngleAxisd(y_deg * deg, Eigen::Vector3d::UnitY()) *
             Eigen::AngleAxisd(x_deg * deg, Eigen::Vector3d::UnitX()))
         .toRotationMatrix();
 }
@@ -74,13 +77,15 @@ struct NamedScene {
 };
 inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.name; }
 
-/// Fills every view's image: what the reference sees of the scene at `world_from_ct`, plus a ramp (so that costs are not 0).
+/// Fills every view's image: what the reference sees of the scene at `world_from_ct`, plus a ramp (so that costs are
+/// not 0).
 inline void add_images(NamedScene& scene, const RigidTransform& world_from_ct) {
     auto session = make_reference_backend()->prepare(scene.scene(Projector::joseph));
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
         Image image = session->render(world_from_ct, i);
         for (int y = 0; y < image.height; ++y) {
-            for (int x = 0; x < image.width; ++x) image(x, y) += 0.01F * static_cast<float>(x) - 0.02F * static_cast<float>(y);
+            for (int x = 0; x < image.width; ++x)
+                image(x, y) += 0.01F * static_cast<float>(x) - 0.02F * static_cast<float>(y);
         }
         scene.views[i].image = image;
     }

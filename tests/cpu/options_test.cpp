@@ -57,7 +57,8 @@ TEST(CpuOptions, AnUnknownInstructionSetIsAnErrorThatListsTheValidOnes) {
         EXPECT_THAT(message_of({.threads = 0, .instruction_set = "avx3"}), testing::HasSubstr(set.name));
     }
     const Environment environment("mmx");
-    EXPECT_THAT(message_of({}), testing::AllOf(testing::HasSubstr("mmx"), testing::HasSubstr("RAYLIGN_INSTRUCTION_SET")));
+    EXPECT_THAT(message_of({}),
+                testing::AllOf(testing::HasSubstr("mmx"), testing::HasSubstr("RAYLIGN_INSTRUCTION_SET")));
 }
 
 TEST(CpuOptions, ThreadsMustBeInRange) {
@@ -70,7 +71,8 @@ TEST(CpuOptions, ThreadsMustBeInRange) {
 TEST(CpuOptions, AnUnknownStorageIsAnError) {
     CpuOptions options;
     options.storage = "float16";
-    EXPECT_THAT(message_of(options), testing::AllOf(testing::HasSubstr("float16"), testing::HasSubstr("float32 or int16")));
+    EXPECT_THAT(message_of(options),
+                testing::AllOf(testing::HasSubstr("float16"), testing::HasSubstr("float32 or int16")));
 }
 
 TEST(CpuOptions, VolumeBytesCountTheLayoutsInUse) {

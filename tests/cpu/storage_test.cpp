@@ -10,8 +10,10 @@ namespace {
 
 class CpuInt16 : public testing::TestWithParam<std::tuple<std::string, Projector>> {
 protected:
-    NamedScene named_{"int16", random_volume({40, 44, 36}, {1, 0.9, 1.2}, 21, 0.3),
-                      {view_along(rotation(20, 30, 10), {45, 37}, 1.6), view_along(rotation(100, 10, 50), {40, 40}, 4)}};
+    NamedScene named_{
+        "int16",
+        random_volume({40, 44, 36}, {1, 0.9, 1.2}, 21, 0.3),
+        {view_along(rotation(20, 30, 10), {45, 37}, 1.6), view_along(rotation(100, 10, 50), {40, 40}, 4)}};
     CpuOptions options_{.threads = 2, .instruction_set = std::get<0>(GetParam()), .storage = "int16"};
     Projector projector_ = std::get<1>(GetParam());
 };
@@ -26,11 +28,13 @@ TEST_P(CpuInt16, ImageErrorIsBelowHalfAUnitTimesThePathInTheVolume) {
     double largest_share = 0;
     for (const std::size_t view : {0, 1}) {
         const RigidTransform pose = pose_near_identity(3);
-        const Image image = session->render(pose, view), truth = reference->render(pose, view), path = path_mm->render(pose, view);
+        const Image image = session->render(pose, view), truth = reference->render(pose, view),
+                    path = path_mm->render(pose, view);
         const float maximum = *std::ranges::max_element(truth.pixels);
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {
             const double error = std::abs(image.pixels[i] - truth.pixels[i]);
-            EXPECT_TRUE(error <= half_unit * path.pixels[i] + kFloatImageShare * maximum) << "view " << view << " pixel " << i;
+            EXPECT_TRUE(error <= half_unit * path.pixels[i] + kFloatImageShare * maximum)
+                << "view " << view << " pixel " << i;
             largest_share = std::max(largest_share, error / maximum);
         }
     }
@@ -62,7 +66,8 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuInt16,
                          testing::Combine(testing::ValuesIn(available_sets()),
                                           testing::Values(Projector::joseph, Projector::trilinear)),
                          [](const testing::TestParamInfo<std::tuple<std::string, Projector>>& test) {
-                             return std::get<0>(test.param) + "_" + std::string(projector_name(std::get<1>(test.param)));
+                             return std::get<0>(test.param) + "_" +
+                                    std::string(projector_name(std::get<1>(test.param)));
                          });
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The main job on a real chest CT with simulated X-rays: another projector and a finer step than the registration's, photon noise.
-// bench/starts.cpp prints the same for any number of seeds.
+// The main job on a real chest CT with simulated X-rays: another projector and a finer step than the registration's,
+// photon noise. bench/starts.cpp prints the same for any number of seeds.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,9 @@ struct ChestCase {
             views[v].image = with_photon_noise(session->render(truth, v), 20000, 100 + v);
         }
     }
-    [[nodiscard]] double mtre_mm(const RigidTransform& pose) const { return mean_target_error_mm(pose, truth, targets); }
+    [[nodiscard]] double mtre_mm(const RigidTransform& pose) const {
+        return mean_target_error_mm(pose, truth, targets);
+    }
     [[nodiscard]] double half_voxel_mm() const { return volume.grid.spacing_mm.minCoeff() / 2; }
 
     Volume volume;

@@ -32,8 +32,9 @@ TEST(PoseSpace, OneUnitMovesTheRimByOneMillimetre) {
         const RigidTransform moved = space.pose(0.01 * Eigen::VectorXd::Unit(6, i));
         double farthest_mm = 0;
         for (int k = 0; k < 6; ++k) {
-            const Eigen::Vector3d rim = extent.centre_ct_mm + extent.radius_mm * (k < 3 ? 1 : -1) *
-                                        (inverse(test::oblique_pose()).rotation * Eigen::Vector3d::Unit(k % 3));
+            const Eigen::Vector3d rim =
+                extent.centre_ct_mm + extent.radius_mm * (k < 3 ? 1 : -1) *
+                                          (inverse(test::oblique_pose()).rotation * Eigen::Vector3d::Unit(k % 3));
             farthest_mm = std::max(farthest_mm, (moved * rim - test::oblique_pose() * rim).norm());
         }
         EXPECT_NEAR(farthest_mm, 0.01, 1e-6) << "parameter " << i;

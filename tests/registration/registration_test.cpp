@@ -24,7 +24,9 @@ struct SmallCase {
                            const ProgressCallback& progress = {}) {
         return register_volume(volume, views, start, options, *choice.backend, progress);
     }
-    [[nodiscard]] double mtre_mm(const RigidTransform& pose) const { return mean_target_error_mm(pose, truth, targets); }
+    [[nodiscard]] double mtre_mm(const RigidTransform& pose) const {
+        return mean_target_error_mm(pose, truth, targets);
+    }
 };
 
 std::string error_of(const std::function<void()>& act) {
@@ -73,15 +75,15 @@ TEST(Registration, ReportsEveryLevelAndStep) {
     c.views = test::with_exact_images(test::biplane_views(64), spine_phantom({160, 160, 160}), c.truth);
     int calls = 0;
     double last_fraction = 0;
-    const RegistrationResult result =
-        c.run(perturbed_start(c.truth, c.targets, 6, 3), {.max_iterations_per_level = 5}, [&](const RegistrationProgress& p) {
-            ++calls;
-            EXPECT_EQ(p.levels, 2);
-            EXPECT_GE(p.fraction, last_fraction);
-            EXPECT_LE(p.fraction, 1);
-            last_fraction = p.fraction;
-            return true;
-        });
+    const RegistrationResult result = c.run(perturbed_start(c.truth, c.targets, 6, 3), {.max_iterations_per_level = 5},
+                                            [&](const RegistrationProgress& p) {
+                                                ++calls;
+                                                EXPECT_EQ(p.levels, 2);
+                                                EXPECT_GE(p.fraction, last_fraction);
+                                                EXPECT_LE(p.fraction, 1);
+                                                last_fraction = p.fraction;
+                                                return true;
+                                            });
     ASSERT_EQ(result.levels.size(), 2u);
     EXPECT_EQ(result.levels[0].image_sizes_px[0], Eigen::Vector2i(32, 32));
     EXPECT_EQ(result.levels[1].image_sizes_px[0], Eigen::Vector2i(64, 64));
@@ -124,7 +126,8 @@ TEST(Registration, BadInputIsRefusedWithWhatAndWhere) {
     nan_pose.translation_mm.x() = std::nan("");
     EXPECT_NE(error_of([&] { (void)c.run(nan_pose); }).find("start pose"), std::string::npos);
     EXPECT_NE(error_of([&] { (void)c.run(start, {.levels = 9}); }).find("levels = 9"), std::string::npos);
-    EXPECT_NE(error_of([&] { (void)c.run(start, {.max_iterations_per_level = 0}); }).find("max_iterations"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)c.run(start, {.max_iterations_per_level = 0}); }).find("max_iterations"),
+              std::string::npos);
 
     SmallCase constant;
     constant.views[1].image.pixels.assign(constant.views[1].image.pixels.size(), 0.5F);

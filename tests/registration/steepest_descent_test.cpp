@@ -44,11 +44,12 @@ TEST(SteepestDescent, EvaluatesAllDifferencesOfAStepInOneBatch) {
 
 TEST(SteepestDescent, NeverRaisesTheCost) {
     double last = std::numeric_limits<double>::infinity();
-    (void)steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Constant(6, 3), {}, [&](const OptimizerStep& step, const Eigen::VectorXd&) {
-        EXPECT_LT(step.cost, last);
-        last = step.cost;
-        return true;
-    });
+    (void)steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Constant(6, 3), {},
+                           [&](const OptimizerStep& step, const Eigen::VectorXd&) {
+                               EXPECT_LT(step.cost, last);
+                               last = step.cost;
+                               return true;
+                           });
     EXPECT_LT(last, 0.01);
 }
 
@@ -64,7 +65,8 @@ TEST(SteepestDescent, ReportsWhenIterationsRunOutOrTheCallerStops) {
     EXPECT_EQ(steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Zero(6), {.max_iterations = 1}).termination,
               Termination::max_iterations);
     const auto stop = [](const OptimizerStep&, const Eigen::VectorXd&) { return false; };
-    EXPECT_EQ(steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Zero(6), {}, stop).termination, Termination::stopped);
+    EXPECT_EQ(steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Zero(6), {}, stop).termination,
+              Termination::stopped);
 }
 
 TEST(SteepestDescent, AFlatObjectiveConvergesWhereItStands) {

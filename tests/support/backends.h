@@ -24,7 +24,8 @@ inline bool is_required(const std::string& name) {
 
 }  // namespace raylign::test
 
-/// Makes the backend `wanted` into `variable`; skips with the reason where it cannot run here, or fails where it is required.
+/// Makes the backend `wanted` into `variable`; skips with the reason where it cannot run here, or fails where it is
+/// required.
 #define RAYLIGN_MAKE_BACKEND(variable, wanted)                                                          \
     std::unique_ptr<raylign::Backend> variable;                                                         \
     try {                                                                                               \

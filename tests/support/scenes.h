@@ -13,10 +13,14 @@
 namespace raylign::test {
 
 /// A C-arm view of `side_px`^2 pixels over a field of about `field_mm` at the isocentre.
-inline ViewGeometry c_arm_view(double primary_angle_deg, int side_px, double field_mm = 200, double secondary_angle_deg = 0) {
+inline ViewGeometry c_arm_view(double primary_angle_deg, int side_px, double field_mm = 200,
+                               double secondary_angle_deg = 0) {
     const double pitch_mm = 1.5 * field_mm / side_px;
-    return view_from_c_arm({.sad_mm = 1000, .sdd_mm = 1500, .primary_angle_deg = primary_angle_deg,
-                            .secondary_angle_deg = secondary_angle_deg, .pixel_pitch_mm = {pitch_mm, pitch_mm},
+    return view_from_c_arm({.sad_mm = 1000,
+                            .sdd_mm = 1500,
+                            .primary_angle_deg = primary_angle_deg,
+                            .secondary_angle_deg = secondary_angle_deg,
+                            .pixel_pitch_mm = {pitch_mm, pitch_mm},
                             .size_px = {side_px, side_px}});
 }
 
@@ -38,8 +42,8 @@ inline Volume spine_volume(int n) {
 }
 
 /// Views with the phantom's exact X-rays at `world_from_ct`, with photon noise where photons > 0.
-inline std::vector<View> with_exact_images(std::vector<View> views, const Phantom& phantom, const RigidTransform& world_from_ct,
-                                           double photons = 0) {
+inline std::vector<View> with_exact_images(std::vector<View> views, const Phantom& phantom,
+                                           const RigidTransform& world_from_ct, double photons = 0) {
     for (std::size_t v = 0; v < views.size(); ++v) {
         views[v].image = exact_drr(phantom, views[v].geometry, world_from_ct);
         if (photons > 0) views[v].image = with_photon_noise(views[v].image, photons, 100 + v);

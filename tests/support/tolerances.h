@@ -2,8 +2,9 @@
 
 namespace raylign::test {
 
-/// Float32 engines against the double reference, as a share of the image's maximum: some 500 float additions of one sign a ray
-/// (about 512 * 2^-24 = 3e-5 worst case, far less on average) and float sample positions (2^-15 voxel at 512).
+/// Float32 engines against the double reference, as a share of the image's maximum: some 500 float additions of one
+/// sign a ray (about 512 * 2^-24 = 3e-5 worst case, far less on average) and float sample positions (2^-15 voxel at
+/// 512).
 inline constexpr double kFloatImageShare = 1e-5;
 
 /// Costs of two engines: image differences of 1e-5 of one sign largely cancel in the correlation.
