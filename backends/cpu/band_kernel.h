@@ -5,14 +5,15 @@
 namespace raylign::cpu {
 namespace {
 
-/// Filter and sums of one band of rows: gradients as core/image/gradient_filter.h, both directions from one pass over the
-/// rows and one over the columns, summed at once and never stored.
+/// Filter and sums of one band of rows: gradients as core/image/gradient_filter.h, both directions from one pass over
+/// the rows and one over the columns, summed at once and never stored.
 template <class Arch>
 struct Band {
     using Floats = typename Lanes<Arch>::Floats;
     static constexpr int kLanes = Lanes<Arch>::count;
 
-    /// Sums of 16 columns side by side in double, added up in order at the end: the same order for every instruction set.
+    /// Sums of 16 columns side by side in double, added up in order at the end: the same order for every instruction
+    /// set.
     struct Sums {
         double moving[16] = {}, moving_moving[16] = {}, fixed_moving[16] = {};
 
@@ -66,14 +67,16 @@ private:
             const float* in = job.image + y * job.stride;
             for (int x = 0; x < job.radius; ++x) padded[x] = in[0];
             for (int x = 0; x < job.width; ++x) padded[job.radius + x] = in[x];
-            for (std::ptrdiff_t x = job.width; x < job.stride + job.radius; ++x) padded[job.radius + x] = in[job.width - 1];
+            for (std::ptrdiff_t x = job.width; x < job.stride + job.radius; ++x)
+                padded[job.radius + x] = in[job.width - 1];
             float* derivative = row_filtered(job, 0, y);
             float* smooth = row_filtered(job, 1, y);
             for (std::ptrdiff_t x = 0; x < job.stride; x += kLanes) {
                 const float* centre = padded + job.radius + x;
                 Floats d(0.F), s = Floats(job.smooth[0]) * Floats::load_unaligned(centre);
                 for (int k = 1; k <= job.radius; ++k) {
-                    const Floats after = Floats::load_unaligned(centre + k), before = Floats::load_unaligned(centre - k);
+                    const Floats after = Floats::load_unaligned(centre + k),
+                                 before = Floats::load_unaligned(centre - k);
                     d = xsimd::fma(Floats(job.derivative[k]), after - before, d);
                     s = xsimd::fma(Floats(job.smooth[k]), after + before, s);
                 }

@@ -56,7 +56,9 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStor
         if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(widest, radius_), 0.F);
     }
     const Eigen::Vector3i& n = grid_.size;
-    const VolumeLayout::Source source{scene.volume.attenuation_per_mm.data(), kFloat32, 1,
+    const VolumeLayout::Source source{scene.volume.attenuation_per_mm.data(),
+                                      kFloat32,
+                                      1,
                                       {1, n.x(), static_cast<std::ptrdiff_t>(n.x()) * n.y()},
                                       {n.x(), n.y(), n.z()}};
     const int axis = render_.projector == Projector::trilinear ? 2 : first_axis(scene);
@@ -90,7 +92,8 @@ void CpuSession::make_layouts_for(const RayFrame& frame) {
     }
 }
 
-void CpuSession::cast_tile(const RayFrame& frame, int tile, float* image, std::ptrdiff_t stride, bool only_needed, Slot& slot) {
+void CpuSession::cast_tile(const RayFrame& frame, int tile, float* image, std::ptrdiff_t stride, bool only_needed,
+                           Slot& slot) {
     const auto start = Clock::now();
     const ViewPlan& view = views_[frame.view];
     CastJob job = cast_job(frame, view.size_px, grid_);

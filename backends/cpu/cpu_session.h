@@ -11,8 +11,8 @@
 
 namespace raylign::cpu {
 
-/// A scene on the processor. Work is cut into tiles (cast) and bands of rows (filter and sum) whose borders depend on the image
-/// alone, and partial sums are added in order: the result has the same bits at any number of threads.
+/// A scene on the processor. Work is cut into tiles (cast) and bands of rows (filter and sum) whose borders depend on
+/// the image alone, and partial sums are added in order: the result has the same bits at any number of threads.
 class CpuSession final : public Session {
 public:
     CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStorage storage, int threads);
@@ -52,8 +52,8 @@ private:
     std::vector<ViewPlan> views_;
     std::unique_ptr<VolumeLayout> layouts_[3];
     std::vector<Slot> slots_;
-    std::vector<float> images_;       ///< of the frames in work, where several threads share one
-    std::vector<BandSums> partials_;  ///< [frame][band][channel]
+    std::vector<float> images_;                 ///< of the frames in work, where several threads share one
+    std::vector<BandSums> partials_;            ///< [frame][band][channel]
     std::size_t image_floats_ = 0, bands_ = 0;  ///< the most that a view has
 };
 

@@ -7,12 +7,13 @@
 namespace raylign::cpu {
 namespace {
 
-/// Bilinear samples without gathers. A packet of 4x4 rays meets at most 8x8 voxels of a plane when its pixels are about a voxel
-/// apart: eight plain loads bring them into four registers, and in-register permutes take the place of four gathers.
+/// Bilinear samples without gathers. A packet of 4x4 rays meets at most 8x8 voxels of a plane when its pixels are about
+/// a voxel apart: eight plain loads bring them into four registers, and in-register permutes take the place of four
+/// gathers.
 ///
-/// Even rows of the footprint form one table and odd rows another, 32 voxels each. Between two rows one is even and one is odd,
-/// so a sample takes one pair from each table, and its weight for the odd row is the distance from the even one, whichever lies
-/// above: two permutes a table and no choice between tables.
+/// Even rows of the footprint form one table and odd rows another, 32 voxels each. Between two rows one is even and one
+/// is odd, so a sample takes one pair from each table, and its weight for the odd row is the distance from the even
+/// one, whichever lies above: two permutes a table and no choice between tables.
 template <>
 struct Footprint<xsimd::avx512bw> {
     using Packet = JosephPacket<xsimd::avx512bw>;
@@ -28,23 +29,25 @@ struct Footprint<xsimd::avx512bw> {
         alignas(64) float half_row0[kSlabPlanes], index_base[kSlabPlanes];
         place(layout, packet, part, offset, half_row0, index_base);
 
-        const __m512 d0 = _mm512_set1_ps(static_cast<float>(part.d0)), half = _mm512_set1_ps(0.5F), eight = _mm512_set1_ps(8);
-        const __m512 row = _mm512_mul_ps(half, _mm512_fmadd_ps(d0, _mm512_load_ps(packet.row_offset),
-                                                               _mm512_set1_ps(static_cast<float>(part.row - part.row0))));
+        const __m512 d0 = _mm512_set1_ps(static_cast<float>(part.d0)), half = _mm512_set1_ps(0.5F),
+                     eight = _mm512_set1_ps(8);
+        const __m512 row =
+            _mm512_mul_ps(half, _mm512_fmadd_ps(d0, _mm512_load_ps(packet.row_offset),
+                                                _mm512_set1_ps(static_cast<float>(part.row - part.row0))));
         const __m512 row_slope = _mm512_mul_ps(half, _mm512_load_ps(packet.row_slope));
         const __m512 column = _mm512_fmadd_ps(d0, _mm512_load_ps(packet.column_offset),
                                               _mm512_set1_ps(static_cast<float>(part.column - part.column0)));
         const __m512 column_slope = _mm512_load_ps(packet.column_slope);
         const __m512i one = _mm512_set1_epi32(1);
         const std::ptrdiff_t stride = layout.row_stride;
-        const Voxel* plane =
-            static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride + part.row0 * stride + part.column0;
+        const Voxel* plane = static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride +
+                             part.row0 * stride + part.column0;
         __m512 even_sum = _mm512_setzero_ps(), odd_sum = _mm512_setzero_ps();
         for (int k = 0; k < part.end - part.begin; ++k, plane += layout.plane_stride) {
             const Voxel* voxels = plane + offset[k];
             const __m512 even0 = rows(voxels, 2 * stride), even1 = rows(voxels + 4 * stride, 2 * stride);
             const __m512 odd0 = rows(voxels + stride, 2 * stride), odd1 = rows(voxels + 5 * stride, 2 * stride);
-            const __m512 step = _mm512_set1_ps(static_cast<float>(k));
+            const __m512 step = _mm512_set1_ps(kSteps[k]);
             const __m512 r = _mm512_sub_ps(_mm512_fmadd_ps(step, row_slope, row), _mm512_set1_ps(half_row0[k]));
             const __m512 c = _mm512_fmadd_ps(step, column_slope, column);
             const __m512 even_row = _mm512_roundscale_ps(r, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
@@ -65,12 +68,16 @@ struct Footprint<xsimd::avx512bw> {
     }
 
 private:
+    /// From memory a number reaches all lanes for free; converting k takes two instructions.
+    static constexpr float kSteps[kSlabPlanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
     /// Adding an integer of up to 2^21 to this float leaves the integer in the low bits, where permutes look for it.
     static constexpr float kIntegerBits = 12582912;  // 1.5 * 2^23
 
     /// Two rows of eight voxels.
     static __m512 rows(const float* voxels, std::ptrdiff_t distance) {
-        return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(voxels)), _mm256_loadu_ps(voxels + distance), 1);
+        return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(voxels)), _mm256_loadu_ps(voxels + distance),
+                                  1);
     }
 
     static __m512 rows(const std::int16_t* voxels, std::ptrdiff_t distance) {
@@ -86,12 +93,12 @@ private:
         return _mm512_fmadd_ps(fraction, _mm512_sub_ps(b, a), a);
     }
 
-    /// For all planes of the slab at once (one a lane): where the footprint starts in memory, relative to voxel (row0, column0);
-    /// half its first row; what to add to a sample's 8 * half row + column to get its place in the tables. The footprint is
-    /// clamped to the padding: there all is zero, and any place will do.
+    /// For all planes of the slab at once (one a lane): where the footprint starts in memory, relative to voxel (row0,
+    /// column0); half its first row; what to add to a sample's 8 * half row + column to get its place in the tables.
+    /// The footprint is clamped to the padding: there all is zero, and any place will do.
     static void place(const PlaneLayout& layout, const Packet& packet, const SlabPart& part, std::int32_t* offset,
                       float* half_row0, float* index_base) {
-        const __m512 k = _mm512_setr_ps(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+        const __m512 k = _mm512_loadu_ps(kSteps);
         const auto first = [&](double start, double line, int origin, int size) {
             const __m512 low = _mm512_fmadd_ps(k, _mm512_set1_ps(static_cast<float>(line)),
                                                _mm512_set1_ps(static_cast<float>(start - origin - 1e-3)));
@@ -102,7 +109,8 @@ private:
         const __m512 row = first(part.row, packet.row_line, part.row0, layout.rows);
         const __m512 column = first(part.column, packet.column_line, part.column0, layout.columns);
         const __m512i stride = _mm512_set1_epi32(static_cast<std::int32_t>(layout.row_stride));
-        _mm512_store_si512(offset, _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(row), stride), _mm512_cvttps_epi32(column)));
+        _mm512_store_si512(offset, _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(row), stride),
+                                                    _mm512_cvttps_epi32(column)));
         _mm512_store_ps(half_row0, _mm512_mul_ps(_mm512_set1_ps(0.5F), row));
         _mm512_store_ps(index_base, _mm512_sub_ps(_mm512_set1_ps(kIntegerBits), column));
     }

@@ -65,6 +65,11 @@ ViewPlan make_view_plan(const Eigen::Vector2i& size_px) {
     return plan;
 }
 
+std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius) {
+    return static_cast<std::size_t>(stride + 2 * radius + 16) +
+           2 * static_cast<std::size_t>(stride) * (kBandRows + 2 * radius);
+}
+
 void add_fixed(ViewPlan& plan, const FixedChannels& fixed, int reach_px) {
     for (const Image& channel : fixed.channels) {
         plan.fixed.push_back(with_stride(channel, plan.stride));

@@ -31,7 +31,11 @@ struct ViewPlan {
 };
 [[nodiscard]] ViewPlan make_view_plan(const Eigen::Vector2i& size_px);
 
-/// Adds the fixed channels of a view. `reach_px`: how far a pixel of the DRR reaches in the channels (the filter's radius).
+/// Floats of scratch that a BandJob needs: a padded row, two row-filtered images of the band and its surroundings.
+[[nodiscard]] std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius);
+
+/// Adds the fixed channels of a view. `reach_px`: how far a pixel of the DRR reaches in the channels (the filter's
+/// radius).
 void add_fixed(ViewPlan& plan, const FixedChannels& fixed, int reach_px);
 
 }  // namespace raylign::cpu

@@ -1,46 +1,14 @@
 #pragma once
 
+#include "backends/cpu/joseph_tile.h"
 #include "backends/cpu/pairs.h"
 
 namespace raylign::cpu {
 namespace {
 
-/// The rays of a packet that step along one axis, as lines over the planes of that axis. At signed distance d (in planes) from
-/// the source, lane i is at row source + d * (row_line + row_offset[i]), and likewise its column. Offsets are small, so that
-/// float holds them to 1e-6 of a voxel wherever the source is; the common line is double.
-template <class Arch>
-struct alignas(64) JosephPacket {
-    static constexpr int count = Lanes<Arch>::count;
-    float row_offset[count], row_slope[count], column_offset[count], column_slope[count];  ///< slope = line + offset
-    float first_plane[count], last_plane[count];  ///< planes between source and detector, where limited
-    float mm_per_plane[count];
-    float sum[count];
-    double row_line, column_line;      ///< the lowest row and column of all lanes: d * offset >= 0 unless limited
-    double row_spread, column_spread;  ///< the largest |offset|
-    int x, y;                          ///< first pixel
-    unsigned lanes;                    ///< those that step along this axis
-    bool limited;
-};
-
-/// Where a packet meets one slab: planes [begin, end), at distances d0 .. d1 from the source.
-struct SlabPart {
-    int begin, end;
-    double d0, d1;
-    double row, column;  ///< of the packet's line on plane `begin`
-    int row0, column0;   ///< a voxel before all of its samples: floats count from here
-};
-
-/// A way to read a packet's voxels that beats gathers, where the instruction set has one (footprint_avx512.h).
-template <class Arch>
-struct Footprint {
-    template <class Voxel>
-    static bool march(const PlaneLayout&, JosephPacket<Arch>&, const SlabPart&) {
-        return false;
-    }
-};
-
-/// Joseph's method for one tile: packets of rays walk the planes of their dominant axis, slab by slab (see reference_backend
-/// for the model). The slab of voxels that a tile needs stays in the cache while all of its packets pass.
+/// Joseph's method for one tile: packets of rays walk the planes of their dominant axis, slab by slab (see
+/// reference_backend for the model). The slab of voxels that a tile needs stays in the cache while all of its packets
+/// pass.
 template <class Arch, class Voxel>
 struct Joseph {
     using L = Lanes<Arch>;
@@ -62,7 +30,8 @@ struct Joseph {
     }
 
 private:
-    /// What the corners of a tile tell of all its rays (directions are affine in the pixel), to spare most packets the checks.
+    /// What the corners of a tile tell of all its rays (directions are affine in the pixel), to spare most packets the
+    /// checks.
     struct TileRays {
         bool some;       ///< a ray may have this dominant axis
         bool all;        ///< every ray has
@@ -121,19 +90,23 @@ private:
             const double per_plane = 1 / rays.ray[axis][i];
             rows[i] = rays.ray[kAxisOrder[axis][1]][i] * per_plane;
             columns[i] = rays.ray[kAxisOrder[axis][2]][i] * per_plane;
-            const float across = static_cast<float>(rows[i]) * row_mm, along = static_cast<float>(columns[i]) * column_mm;
+            const float across = static_cast<float>(rows[i]) * row_mm,
+                        along = static_cast<float>(columns[i]) * column_mm;
             packet.mm_per_plane[i] = __builtin_sqrtf(plane_mm * plane_mm + across * across + along * along);
             packet.sum[i] = 0;
         }
-        const bool planes_follow = job.source[axis] < 0.5 * job.layouts[axis].planes;  // the source's side, where not limited
+        const bool planes_follow =
+            job.source[axis] < 0.5 * job.layouts[axis].planes;  // the source's side, where not limited
         set_line(rows, planes_follow, packet.row_line, packet.row_spread, packet.row_offset, packet.row_slope);
-        set_line(columns, planes_follow, packet.column_line, packet.column_spread, packet.column_offset, packet.column_slope);
+        set_line(columns, planes_follow, packet.column_line, packet.column_spread, packet.column_offset,
+                 packet.column_slope);
     }
 
-    static void set_line(const double (&slopes)[L::count], bool planes_follow, double& line, double& spread, float* offset,
-                         float* slope) {
+    static void set_line(const double (&slopes)[L::count], bool planes_follow, double& line, double& spread,
+                         float* offset, float* slope) {
         // In four strands: one chain of comparisons would take as long as the rest of the packet's preparation.
-        double lows[4] = {slopes[0], slopes[1], slopes[2], slopes[3]}, highs[4] = {slopes[0], slopes[1], slopes[2], slopes[3]};
+        double lows[4] = {slopes[0], slopes[1], slopes[2], slopes[3]},
+               highs[4] = {slopes[0], slopes[1], slopes[2], slopes[3]};
         for (int i = 4; i < L::count; i += 4) {
             for (int k = 0; k < 4; ++k) {
                 lows[k] = minimum(lows[k], slopes[i + k]);
@@ -150,8 +123,8 @@ private:
         }
     }
 
-    /// A plane counts if its depth (plane - source) / ray lies in (0, depth_max), exactly as in the reference. Source and
-    /// detector are nearly always outside the volume: then nothing is limited.
+    /// A plane counts if its depth (plane - source) / ray lies in (0, depth_max), exactly as in the reference. Source
+    /// and detector are nearly always outside the volume: then nothing is limited.
     static void set_limits(const CastJob& job, int axis, const Rays& rays, Packet& packet) {
         const int last = job.layouts[axis].planes - 1;
         const double source = job.source[axis];
@@ -165,9 +138,11 @@ private:
             packet.last_plane[i] = static_cast<float>(last);
             if (counts(0) && counts(last)) continue;
             packet.limited = true;
-            // Depth is monotone in the plane, so the planes that count are an interval: guess its ends, settle them exactly.
+            // Depth is monotone in the plane, so the planes that count are an interval: guess its ends, settle them
+            // exactly.
             const double end = source + job.depth_max_mm * rays.ray[axis][i];
-            int a = floor_clamped(minimum(source, end) - 1, 0, last), b = floor_clamped(maximum(source, end) + 2, 0, last);
+            int a = floor_clamped(minimum(source, end) - 1, 0, last),
+                b = floor_clamped(maximum(source, end) + 2, 0, last);
             while (a <= b && !counts(a)) ++a;
             while (b >= a && !counts(b)) --b;
             packet.first_plane[i] = static_cast<float>(a);
@@ -176,127 +151,82 @@ private:
     }
 
     /// Rows (or columns) that lanes can meet between distances d0 and d1.
-    struct Range {
-        double low, high;
-    };
     static Range range(double source, double line, double spread, bool limited, double d0, double d1) {
         const double reach = spread * maximum(__builtin_fabs(d0), __builtin_fabs(d1));
-        return {source + minimum(d0 * line, d1 * line) - (limited ? reach : 0), source + maximum(d0 * line, d1 * line) + reach};
+        return {source + minimum(d0 * line, d1 * line) - (limited ? reach : 0),
+                source + maximum(d0 * line, d1 * line) + reach};
     }
 
     static void march(const CastJob& job, int axis, Packet* packets, int count) {
         const PlaneLayout& layout = job.layouts[axis];
         const double row_source = job.source[kAxisOrder[axis][1]], column_source = job.source[kAxisOrder[axis][2]];
-        const TileBounds bounds(packets, count);
-        for (int begin = 0, slab = 0; begin < layout.planes; begin += kSlabPlanes, ++slab) {
-            SlabPart part{};
-            part.begin = begin;
-            part.end = begin + kSlabPlanes < layout.planes ? begin + kSlabPlanes : layout.planes;
-            part.d0 = begin - job.source[axis];
-            part.d1 = part.end - 1 - job.source[axis];
-            Prefetch prefetch(layout, part, bounds, row_source, column_source, count);
+        const TileBounds<Arch> bounds(packets, count);
+        TileSlab<Arch> next(job, axis, bounds, 0);
+        for (int slab = 0; slab * kSlabPlanes < layout.planes; ++slab) {
+            const TileSlab<Arch> tile = next;
+            next = TileSlab<Arch>(job, axis, bounds, slab + 1);
+            Prefetch<Arch, Voxel> prefetch(layout, next, count);
+            if (!tile.occupied) {
+                prefetch.all();
+                continue;
+            }
+            SlabPart part = tile.part;
             for (Packet* packet = packets; packet != packets + count; ++packet) {
                 prefetch.some();
-                const Range rows = range(row_source, packet->row_line, packet->row_spread, packet->limited, part.d0, part.d1);
-                const Range columns = range(column_source, packet->column_line, packet->column_spread, packet->limited, part.d0, part.d1);
-                // 1e-3 of a voxel covers the rounding of the floats that address the voxels.
-                if (!is_occupied(layout, slab, rows.low - 1e-3, rows.high + 1e-3, columns.low - 1e-3, columns.high + 1e-3)) continue;
+                const Range rows =
+                    range(row_source, packet->row_line, packet->row_spread, packet->limited, part.d0, part.d1);
+                const Range columns =
+                    range(column_source, packet->column_line, packet->column_spread, packet->limited, part.d0, part.d1);
+                if (!is_occupied(layout, slab, rows.low - kSlack, rows.high + kSlack, columns.low - kSlack,
+                                 columns.high + kSlack)) {
+                    continue;
+                }
                 part.row = row_source + part.d0 * packet->row_line;
                 part.column = column_source + part.d0 * packet->column_line;
                 part.row0 = floor_clamped(rows.low - 1, -1, layout.rows);
                 part.column0 = floor_clamped(columns.low - 1, -1, layout.columns);
-                if (packet->limited || !Footprint<Arch>::template march<Voxel>(layout, *packet, part)) march_slab(layout, *packet, part);
+                if (packet->limited || !Footprint<Arch>::template march<Voxel>(layout, *packet, part))
+                    march_slab(layout, *packet, part);
             }
         }
     }
 
-    /// Slopes that bound all lanes of a tile.
-    struct TileBounds {
-        double row_low = 1e300, row_high = -1e300, column_low = 1e300, column_high = -1e300;
-
-        TileBounds(const Packet* packets, int count) {
-            for (const Packet* packet = packets; packet != packets + count; ++packet) {
-                row_low = minimum(row_low, packet->row_line - packet->row_spread);
-                row_high = maximum(row_high, packet->row_line + packet->row_spread);
-                column_low = minimum(column_low, packet->column_line - packet->column_spread);
-                column_high = maximum(column_high, packet->column_line + packet->column_spread);
-            }
-        }
-    };
-
-    /// Brings the next slab's voxels of a tile into the L2 cache while the packets pass the present slab, each its share: rays
-    /// jump from row to row and plane to plane, which no hardware prefetcher follows.
-    struct Prefetch {
-        static constexpr int kLine = 64 / sizeof(Voxel);
-        const Voxel* plane;
-        std::ptrdiff_t plane_stride, row_stride;
-        int rows = 0, columns = 0, row = 0, left = 0, share = 0;
-
-        Prefetch(const PlaneLayout& layout, const SlabPart& part, const TileBounds& bounds, double row_source,
-                 double column_source, int packets)
-            : plane(static_cast<const Voxel*>(layout.origin)), plane_stride(layout.plane_stride), row_stride(layout.row_stride) {
-            const int planes = part.end + kSlabPlanes < layout.planes ? kSlabPlanes : layout.planes - part.end;
-            if (planes <= 0) return;
-            const double d0 = part.d1 + 1, d1 = part.d1 + planes;
-            const int row0 = floor_clamped(row_source + lowest(d0, d1, bounds.row_low, bounds.row_high), -1, layout.rows);
-            const int row1 = floor_clamped(row_source - lowest(-d0, -d1, bounds.row_low, bounds.row_high), -1, layout.rows) + 1;
-            const int column0 =
-                floor_clamped(column_source + lowest(d0, d1, bounds.column_low, bounds.column_high), -1, layout.columns);
-            const int column1 =
-                floor_clamped(column_source - lowest(-d0, -d1, bounds.column_low, bounds.column_high), -1, layout.columns) + 1;
-            if (row1 <= row0 || column1 <= column0) return;
-            rows = row1 - row0 + 1;
-            columns = column1 - column0 + kLine;
-            plane += part.end * plane_stride + row0 * row_stride + column0;
-            left = planes * rows;
-            share = (left + packets - 1) / packets;
-        }
-
-        static double lowest(double d0, double d1, double low, double high) {
-            return minimum(minimum(d0 * low, d0 * high), minimum(d1 * low, d1 * high));
-        }
-
-        void some() {
-            for (int i = 0; i < share && left > 0; ++i, --left) {
-                const Voxel* line = plane + row * row_stride;
-                for (int column = 0; column < columns; column += kLine) __builtin_prefetch(line + column, 0, 2);
-                if (++row < rows) continue;
-                row = 0;
-                plane += plane_stride;
-            }
-        }
-    };
-
     /// Adds the bilinear values on the planes of a slab to the sums of a packet: a short float sum.
     static void march_slab(const PlaneLayout& layout, Packet& packet, const SlabPart& part) {
         const Floats distance(static_cast<float>(part.d0));
-        const Floats row = xsimd::fma(distance, Floats::load_aligned(packet.row_offset), Floats(static_cast<float>(part.row - part.row0)));
+        const Floats row = xsimd::fma(distance, Floats::load_aligned(packet.row_offset),
+                                      Floats(static_cast<float>(part.row - part.row0)));
         const Floats column = xsimd::fma(distance, Floats::load_aligned(packet.column_offset),
                                          Floats(static_cast<float>(part.column - part.column0)));
-        const Floats row_slope = Floats::load_aligned(packet.row_slope), column_slope = Floats::load_aligned(packet.column_slope);
+        const Floats row_slope = Floats::load_aligned(packet.row_slope),
+                     column_slope = Floats::load_aligned(packet.column_slope);
         // Clamping to the support [-1, n] gives zeros beyond it, and no address outside the padding.
         const Floats zero(0.F), row_max(static_cast<float>(layout.rows - part.row0)),
             column_max(static_cast<float>(layout.columns - part.column0));
         const Ints row_stride(static_cast<std::int32_t>(layout.row_stride));
-        const Voxel* voxels = static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride + part.row0 * layout.row_stride + part.column0;
+        const Voxel* voxels = static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride +
+                              part.row0 * layout.row_stride + part.column0;
         Floats sum(0.F);
         for (int plane = part.begin; plane < part.end; ++plane, voxels += layout.plane_stride) {
             const Floats step(static_cast<float>(plane - part.begin));
             const Floats r = xsimd::min(xsimd::max(xsimd::fma(step, row_slope, row), zero), row_max);
             const Floats c = xsimd::min(xsimd::max(xsimd::fma(step, column_slope, column), zero), column_max);
             const Ints ri = xsimd::to_int(r), ci = xsimd::to_int(c);  // truncation is floor: both are >= 0
-            Floats value = bilinear(voxels, ri * row_stride + ci, layout.row_stride, r - xsimd::to_float(ri), c - xsimd::to_float(ci));
+            Floats value = bilinear(voxels, ri * row_stride + ci, layout.row_stride, r - xsimd::to_float(ri),
+                                    c - xsimd::to_float(ci));
             if (packet.limited) {
                 const Floats k(static_cast<float>(plane));
-                value = xsimd::select(k >= Floats::load_aligned(packet.first_plane) && k <= Floats::load_aligned(packet.last_plane),
-                                      value, zero);
+                value = xsimd::select(
+                    k >= Floats::load_aligned(packet.first_plane) && k <= Floats::load_aligned(packet.last_plane),
+                    value, zero);
             }
             sum += value;
         }
         (Floats::load_aligned(packet.sum) + sum).store_aligned(packet.sum);
     }
 
-    static Floats bilinear(const Voxel* voxels, const Ints& index, std::ptrdiff_t row_stride, const Floats& fr, const Floats& fc) {
+    static Floats bilinear(const Voxel* voxels, const Ints& index, std::ptrdiff_t row_stride, const Floats& fr,
+                           const Floats& fc) {
         Floats v00, v01, v10, v11;
         Pairs<Arch>::load(voxels, index, v00, v01);
         Pairs<Arch>::load(voxels + row_stride, index, v10, v11);

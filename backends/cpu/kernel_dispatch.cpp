@@ -9,14 +9,15 @@
 namespace raylign {
 namespace cpu {
 
-// Asked of the compiler's run-time library: xsimd 8.1 reads SSE2 from the wrong bit and never asks whether the system saves
-// the wide registers (P1 in models.md).
+// Asked of the compiler's run-time library: xsimd 8.1 reads SSE2 from the wrong bit and never asks whether the system
+// saves the wide registers (P1 in models.md).
 #if defined(__x86_64__)
 extern const KernelTable kAvx512Kernels, kAvx2Kernels, kSse2Kernels;
 namespace {
 bool has_avx512() {
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-           __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
 }
 bool has_avx2() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
 }  // namespace

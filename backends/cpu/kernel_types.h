@@ -3,22 +3,24 @@
 #include <cstddef>
 #include <cstdint>
 
-// What the kernels and the rest of the engine hand each other: plain structs, no functions. This header is compiled once per
-// instruction set, so anything with code in it would become a weak symbol that the linker may take from the AVX-512 file.
+// What the kernels and the rest of the engine hand each other: plain structs, no functions. This header is compiled
+// once per instruction set, so anything with code in it would become a weak symbol that the linker may take from the
+// AVX-512 file.
 namespace raylign::cpu {
 
-constexpr int kTilePx = 32;      ///< side of the square of pixels that is cast at once: its slab of voxels stays in the L2
+constexpr int kTilePx = 32;  ///< side of the square of pixels that is cast at once: its slab of voxels stays in the L2
 constexpr int kSlabPlanes = 16;  ///< planes that all rays of a tile pass before the next ones are touched
 constexpr int kPadVoxels = 8;    ///< zeros around every plane, so that a footprint next to the volume reads zeros
 constexpr int kBlockVoxels = 8;  ///< side of a block in a plane; with kSlabPlanes planes it is the unit of empty space
 constexpr int kNeedPx = 4;       ///< side of the square of pixels that is cast or left out as one
 constexpr int kBandRows = 32;    ///< image rows that are filtered and summed at once
 
-/// Index axes (0 = x) of a layout for rays with dominant axis i: planes, rows, columns. Columns are contiguous in memory.
+/// Index axes (0 = x) of a layout for rays with dominant axis i: planes, rows, columns. Columns are contiguous in
+/// memory.
 constexpr int kAxisOrder[3][3] = {{0, 2, 1}, {1, 2, 0}, {2, 1, 0}};
 
-/// Voxels as planes of rows, zero-padded by kPadVoxels on the four sides of each plane, with a plane of zeros before and two
-/// after (trilinear). `origin` is voxel (0, 0) of plane 0.
+/// Voxels as planes of rows, zero-padded by kPadVoxels on the four sides of each plane, with a plane of zeros before
+/// and two after (trilinear). `origin` is voxel (0, 0) of plane 0.
 struct PlaneLayout {
     const void* origin;  ///< float or int16, as the kernel says
     float unit_per_mm;   ///< attenuation that a stored 1 stands for: 1 for floats
@@ -34,16 +36,16 @@ struct CastJob {
     double source[3], direction[3], step_u[3], step_v[3];
     double spacing_mm[3];
     double depth_max_mm;
-    double axis_ratio;      ///< 1 + kAxisBias of core/geometry/dominant_axis.h
-    double step_mm;         ///< trilinear
-    PlaneLayout layouts[3]; ///< by dominant axis; those the frame does not need may be empty
-    int width, height;      ///< of the image
-    int x0, y0, x1, y1;     ///< the tile: x0, y0 are multiples of kTilePx
+    double axis_ratio;           ///< 1 + kAxisBias of core/geometry/dominant_axis.h
+    double step_mm;              ///< trilinear
+    PlaneLayout layouts[3];      ///< by dominant axis; those the frame does not need may be empty
+    int width, height;           ///< of the image
+    int x0, y0, x1, y1;          ///< the tile: x0, y0 are multiples of kTilePx
     const std::uint8_t* needed;  ///< per kNeedPx square, row-major; null: cast all
     std::ptrdiff_t needed_stride;
     float* image;
     std::ptrdiff_t image_stride;
-    void* scratch;          ///< KernelTable::scratch_bytes, 64-byte aligned
+    void* scratch;  ///< KernelTable::scratch_bytes, 64-byte aligned
 };
 
 /// One band of rows of one image: filter (where channels = 2) and weighted sums.
@@ -52,13 +54,13 @@ struct BandJob {
     std::ptrdiff_t stride;  ///< of image, fixed and weights: a multiple of 16, at least width
     int width, height;
     int y0, y1;
-    int channels;           ///< 1: the image itself; 2: its gradients
+    int channels;  ///< 1: the image itself; 2: its gradients
     int radius;
     const float* smooth;      ///< taps 0..radius (symmetric)
     const float* derivative;  ///< taps 0..radius (antisymmetric)
     const float* fixed[2];
-    const float* weights;     ///< 0 from column width on
-    float* scratch;           ///< band_scratch_floats(stride, radius)
+    const float* weights;  ///< 0 from column width on
+    float* scratch;        ///< see band_scratch_floats
 };
 
 /// Weighted sums of one channel over a band; the sums of the fixed image alone never change.
@@ -66,18 +68,13 @@ struct BandSums {
     double moving, moving_moving, fixed_moving;
 };
 
-/// Floats that a BandJob needs: the padded row, two row-filtered images of the band and its surroundings, 16 of slack.
-constexpr std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius) {
-    return static_cast<std::size_t>(stride + 2 * radius + 16) + 2 * static_cast<std::size_t>(stride) * (kBandRows + 2 * radius);
-}
-
 enum VoxelStorage { kFloat32, kInt16 };
 
 /// The functions of one instruction set.
 struct KernelTable {
     const char* name;
     std::size_t scratch_bytes;
-    void (*cast_joseph[2])(const CastJob&) noexcept;     ///< by VoxelStorage
+    void (*cast_joseph[2])(const CastJob&) noexcept;  ///< by VoxelStorage
     void (*cast_trilinear[2])(const CastJob&) noexcept;
     void (*sum_band)(const BandJob&, BandSums*) noexcept;  ///< fills one BandSums per channel
 };

@@ -1,7 +1,7 @@
 #pragma once
 
-// Compiled once per instruction set: everything here is a template on the set or in the anonymous namespace, so that no two
-// files share a symbol. No Eigen, no containers.
+// Compiled once per instruction set: everything here is a template on the set or in the anonymous namespace, so that no
+// two files share a symbol. No Eigen, no containers.
 
 #include <xsimd/xsimd.hpp>
 
@@ -31,8 +31,8 @@ inline int floor_clamped(double value, int low, int high) {
     return static_cast<int>(__builtin_floor(value));
 }
 
-/// Directions of the rays of a packet whose first pixel is (x, y), in voxels per mm of depth, and which lanes lie in the tile.
-/// Lanes outside the image repeat its last pixels, so that they cost nothing and fault nowhere.
+/// Directions of the rays of a packet whose first pixel is (x, y), in voxels per mm of depth, and which lanes lie in
+/// the tile. Lanes outside the image repeat its last pixels, so that they cost nothing and fault nowhere.
 template <int count, int width>
 struct PacketRays {
     double ray[3][count];
@@ -53,12 +53,13 @@ struct PacketRays {
         }
     }
 
-    /// Lanes in the tile whose dominant axis is `axis`, by the rule of core/geometry/dominant_axis.h, in double: a ray on the
-    /// border must fall on the same side as in the reference.
+    /// Lanes in the tile whose dominant axis is `axis`, by the rule of core/geometry/dominant_axis.h, in double: a ray
+    /// on the border must fall on the same side as in the reference.
     unsigned lanes_along(int axis, double ratio) const {
         unsigned lanes = 0;
         for (int lane = 0; lane < count; ++lane) {
-            const double x = __builtin_fabs(ray[0][lane]), y = __builtin_fabs(ray[1][lane]), z = __builtin_fabs(ray[2][lane]);
+            const double x = __builtin_fabs(ray[0][lane]), y = __builtin_fabs(ray[1][lane]),
+                         z = __builtin_fabs(ray[2][lane]);
             const bool second = y > x * ratio;
             const bool third = z > (second ? y : x) * ratio;
             const int found = third ? 2 : second ? 1 : 0;
@@ -81,8 +82,8 @@ inline bool is_needed(const CastJob& job, int x, int y) {
     return !job.needed || job.needed[y / kNeedPx * job.needed_stride + x / kNeedPx];
 }
 
-/// True if a block that touches rows [row_low, row_high] and columns [column_low, column_high] of a slab holds a non-zero
-/// voxel. Both ranges are clipped to the volume here.
+/// True if a block that touches rows [row_low, row_high] and columns [column_low, column_high] of a slab holds a
+/// non-zero voxel. Both ranges are clipped to the volume here.
 inline bool is_occupied(const PlaneLayout& layout, int slab, double row_low, double row_high, double column_low,
                         double column_high) {
     if (!(row_high > -1 && row_low < layout.rows && column_high > -1 && column_low < layout.columns)) return false;

@@ -5,8 +5,8 @@
 
 namespace raylign::cpu {
 
-/// Zeroed memory for voxels, on pages of 2 MiB where the system has them: a slab touches thousands of rows, each on a 4-KiB
-/// page of its own otherwise.
+/// Zeroed memory for voxels, on pages of 2 MiB where the system has them: a slab touches thousands of rows, each on a
+/// 4-KiB page of its own otherwise.
 class PageBuffer {
 public:
     PageBuffer() = default;

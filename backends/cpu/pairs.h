@@ -5,8 +5,8 @@
 namespace raylign::cpu {
 namespace {
 
-/// Loads voxels[index] and voxels[index + 1] for every lane. Neighbours come in one load: half the loads of two gathers.
-/// Each instruction set has its own way (pairs_*.h); this one is for those without.
+/// Loads voxels[index] and voxels[index + 1] for every lane. Neighbours come in one load: half the loads of two
+/// gathers. Each instruction set has its own way (pairs_*.h); this one is for those without.
 template <class Arch>
 struct Pairs {
     using Floats = typename Lanes<Arch>::Floats;

@@ -7,8 +7,8 @@
 namespace raylign::cpu {
 namespace {
 
-/// Plain loads, as for AVX2: with vpgatherdq instead the trilinear projector took 13.7 ms where it takes 10.6 (128^3, 128^2, one
-/// Zen 4 core).
+/// Plain loads, as for AVX2: with vpgatherdq instead the trilinear projector took 13.7 ms where it takes 10.6 (128^3,
+/// 128^2, one Zen 4 core).
 template <>
 struct Pairs<xsimd::avx512bw> {
     using Floats = Lanes<xsimd::avx512bw>::Floats;
@@ -34,8 +34,10 @@ private:
     }
     /// Lanes 0, 1 and every fourth after them, where shuffles within quarters of a register want them.
     static __m512 eight_pairs(const float* voxels, const std::int32_t* i) {
-        const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(two_pairs(voxels, i)), two_pairs(voxels, i + 4), 1);
-        const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(two_pairs(voxels, i + 8)), two_pairs(voxels, i + 12), 1);
+        const __m256 low =
+            _mm256_insertf128_ps(_mm256_castps128_ps256(two_pairs(voxels, i)), two_pairs(voxels, i + 4), 1);
+        const __m256 high =
+            _mm256_insertf128_ps(_mm256_castps128_ps256(two_pairs(voxels, i + 8)), two_pairs(voxels, i + 12), 1);
         return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
     }
 };

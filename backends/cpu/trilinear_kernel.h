@@ -10,7 +10,7 @@ template <class Arch>
 struct alignas(64) TrilinearPacket {
     static constexpr int count = Lanes<Arch>::count;
     double start[3][count], step[3][count];  ///< voxel coordinates of sample k: start + k * step
-    double end[count];  ///< samples from this one on do not count, where limited
+    double end[count];                       ///< samples from this one on do not count, where limited
     float sum[count];
     double first, last;  ///< samples [first, last) meet the volume
     int x, y;
@@ -18,8 +18,8 @@ struct alignas(64) TrilinearPacket {
     bool limited;
 };
 
-/// The midpoint rule for one tile: samples at (k + 1/2) step from the source, on the layout of dominant axis 2. Samples outside
-/// the support are zero, so a packet may take more of them than a ray needs without changing its sum.
+/// The midpoint rule for one tile: samples at (k + 1/2) step from the source, on the layout of dominant axis 2. Samples
+/// outside the support are zero, so a packet may take more of them than a ray needs without changing its sum.
 template <class Arch, class Voxel>
 struct Trilinear {
     using L = Lanes<Arch>;
@@ -68,8 +68,8 @@ private:
     }
 
     /// Depths at which a ray is inside the support (-1, n)^3, from the source on; empty if begin >= end.
-    static void clip(const CastJob& job, const PlaneLayout& layout, const PacketRays<L::count, L::width>& rays, int lane,
-                     double& begin, double& end) {
+    static void clip(const CastJob& job, const PlaneLayout& layout, const PacketRays<L::count, L::width>& rays,
+                     int lane, double& begin, double& end) {
         const int sizes[3] = {layout.columns, layout.rows, layout.planes};
         begin = 0;
         end = __builtin_inf();
@@ -126,24 +126,34 @@ private:
         const int sizes[3] = {layout.columns, layout.rows, layout.planes};
         alignas(64) float start[3][L::count], step[3][L::count], end[L::count];
         int base[3];
+        double low[3], high[3];
         for (int axis = 0; axis < 3; ++axis) {
-            double low = 1e300;
+            low[axis] = 1e300;
+            high[axis] = -1e300;
             for (int i = 0; i < L::count; ++i) {
                 const double a = packet.start[axis][i] + first * packet.step[axis][i];
-                low = minimum(low, minimum(a, a + (samples - 1) * packet.step[axis][i]));
+                const double b = a + (samples - 1) * packet.step[axis][i];
+                low[axis] = minimum(low[axis], minimum(a, b));
+                high[axis] = maximum(high[axis], maximum(a, b));
             }
-            base[axis] = floor_clamped(low - 1, -1, sizes[axis]);
+        }
+        if (!is_any_occupied(layout, low, high)) return;
+        for (int axis = 0; axis < 3; ++axis) {
+            base[axis] = floor_clamped(low[axis] - 1, -1, sizes[axis]);
             for (int i = 0; i < L::count; ++i) {
                 start[axis][i] = static_cast<float>(packet.start[axis][i] + first * packet.step[axis][i] - base[axis]);
                 step[axis][i] = static_cast<float>(packet.step[axis][i]);
             }
         }
         for (int i = 0; i < L::count; ++i) end[i] = static_cast<float>(packet.end[i] - first);
-        const Floats zero(0.F), x_max(static_cast<float>(sizes[0] - base[0])), y_max(static_cast<float>(sizes[1] - base[1])),
-            z_max(static_cast<float>(sizes[2] - base[2]));
-        const Floats x0 = Floats::load_aligned(start[0]), y0 = Floats::load_aligned(start[1]), z0 = Floats::load_aligned(start[2]);
-        const Floats dx = Floats::load_aligned(step[0]), dy = Floats::load_aligned(step[1]), dz = Floats::load_aligned(step[2]);
-        const Voxel* voxels = static_cast<const Voxel*>(layout.origin) + base[2] * layout.plane_stride + base[1] * layout.row_stride + base[0];
+        const Floats zero(0.F), x_max(static_cast<float>(sizes[0] - base[0])),
+            y_max(static_cast<float>(sizes[1] - base[1])), z_max(static_cast<float>(sizes[2] - base[2]));
+        const Floats x0 = Floats::load_aligned(start[0]), y0 = Floats::load_aligned(start[1]),
+                     z0 = Floats::load_aligned(start[2]);
+        const Floats dx = Floats::load_aligned(step[0]), dy = Floats::load_aligned(step[1]),
+                     dz = Floats::load_aligned(step[2]);
+        const Voxel* voxels = static_cast<const Voxel*>(layout.origin) + base[2] * layout.plane_stride +
+                              base[1] * layout.row_stride + base[0];
         Floats sum(0.F);
         for (int k = 0; k < samples; ++k) {
             const Floats at(static_cast<float>(k));
@@ -157,8 +167,19 @@ private:
         (Floats::load_aligned(packet.sum) + sum).store_aligned(packet.sum);
     }
 
+    /// True if a block within reach of the box [low, high] holds a non-zero voxel; 1e-3 of a voxel covers rounding.
+    static bool is_any_occupied(const PlaneLayout& layout, const double (&low)[3], const double (&high)[3]) {
+        if (!(high[2] > -1 && low[2] < layout.planes)) return false;
+        const int last = floor_clamped(high[2] + 1 + 1e-3, 0, layout.planes - 1) / kSlabPlanes;
+        for (int slab = floor_clamped(low[2] - 1e-3, 0, layout.planes - 1) / kSlabPlanes; slab <= last; ++slab) {
+            if (is_occupied(layout, slab, low[1] - 1e-3, high[1] + 1e-3, low[0] - 1e-3, high[0] + 1e-3)) return true;
+        }
+        return false;
+    }
+
     /// Trilinear values; coordinates are >= 0, so that truncation is floor.
-    static Floats interpolate(const PlaneLayout& layout, const Voxel* voxels, const Floats& x, const Floats& y, const Floats& z) {
+    static Floats interpolate(const PlaneLayout& layout, const Voxel* voxels, const Floats& x, const Floats& y,
+                              const Floats& z) {
         const Ints xi = xsimd::to_int(x), yi = xsimd::to_int(y), zi = xsimd::to_int(z);
         const Floats fx = x - xsimd::to_float(xi), fy = y - xsimd::to_float(yi), fz = z - xsimd::to_float(zi);
         const Ints index = zi * Ints(static_cast<std::int32_t>(layout.plane_stride)) +

@@ -30,8 +30,8 @@ To converted(From value, float per_unit) {
 
 /// One plane, in squares: both sides of a transpose stay in the cache.
 template <class To, class From>
-void copy_plane(To* to, std::ptrdiff_t to_row, const From* from, std::ptrdiff_t from_row, std::ptrdiff_t from_column, int rows,
-                int columns, float per_unit) {
+void copy_plane(To* to, std::ptrdiff_t to_row, const From* from, std::ptrdiff_t from_row, std::ptrdiff_t from_column,
+                int rows, int columns, float per_unit) {
     constexpr int kSquare = 16;
     for (int row0 = 0; row0 < rows; row0 += kSquare) {
         for (int column0 = 0; column0 < columns; column0 += kSquare) {
@@ -53,12 +53,14 @@ VolumeLayout::VolumeLayout(const Source& source, int axis, VoxelStorage storage,
     view_.planes = source.size[order[0]];
     view_.rows = source.size[order[1]];
     view_.columns = source.size[order[2]];
-    // Rows start on a cache line; an odd number of lines apart, so that the rows of a footprint fall into different sets.
+    // Rows start on a cache line; an odd number of lines apart, so that the rows of a footprint fall into different
+    // sets.
     const std::size_t voxel_bytes = storage == kInt16 ? sizeof(std::int16_t) : sizeof(float);
     const std::ptrdiff_t line = 64 / voxel_bytes;
     view_.row_stride = ((view_.columns + 2 * kPadVoxels + line - 1) / line | 1) * line;
     view_.plane_stride = view_.row_stride * (view_.rows + 2 * kPadVoxels);
-    voxels_ = PageBuffer(static_cast<std::size_t>(view_.plane_stride) * (view_.planes + 3) * voxel_bytes, "the engine's volume");
+    voxels_ = PageBuffer(static_cast<std::size_t>(view_.plane_stride) * (view_.planes + 3) * voxel_bytes,
+                         "the engine's volume");
     const std::ptrdiff_t first = view_.plane_stride + kPadVoxels * view_.row_stride + kPadVoxels;
     view_.origin = static_cast<const char*>(voxels_.data()) + first * voxel_bytes;
     view_.block_rows = blocks(view_.rows);
@@ -88,16 +90,17 @@ void VolumeLayout::fill(const Source& source, Workers& workers) {
     const std::ptrdiff_t plane_step = source.stride[order[0]], row_step = source.stride[order[1]],
                          column_step = source.stride[order[2]];
     // view_.origin is the same place, const.
-    To* origin = static_cast<To*>(voxels_.data()) + (static_cast<const To*>(view_.origin) - static_cast<To*>(voxels_.data()));
+    To* origin =
+        static_cast<To*>(voxels_.data()) + (static_cast<const To*>(view_.origin) - static_cast<To*>(voxels_.data()));
     workers.run(view_.planes, [&](std::size_t plane, int) {
         To* to = origin + static_cast<std::ptrdiff_t>(plane) * view_.plane_stride;
         const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(plane) * plane_step;
         if (source.storage == kInt16) {
-            copy_plane(to, view_.row_stride, static_cast<const std::int16_t*>(source.voxels) + from, row_step, column_step,
-                       view_.rows, view_.columns, 1);
+            copy_plane(to, view_.row_stride, static_cast<const std::int16_t*>(source.voxels) + from, row_step,
+                       column_step, view_.rows, view_.columns, 1);
         } else {
-            copy_plane(to, view_.row_stride, static_cast<const float*>(source.voxels) + from, row_step, column_step, view_.rows,
-                       view_.columns, 1 / view_.unit_per_mm);
+            copy_plane(to, view_.row_stride, static_cast<const float*>(source.voxels) + from, row_step, column_step,
+                       view_.rows, view_.columns, 1 / view_.unit_per_mm);
         }
     });
     const std::size_t slabs = (view_.planes + kSlabPlanes - 1) / kSlabPlanes;
@@ -111,7 +114,8 @@ void VolumeLayout::count_blocks(int slab) {
     const int last_plane = std::min((slab + 1) * kSlabPlanes, view_.planes);
     for (int plane = slab * kSlabPlanes; plane < last_plane; ++plane) {
         for (int row = 0; row < view_.rows; ++row) {
-            const To* voxels = static_cast<const To*>(view_.origin) + plane * view_.plane_stride + row * view_.row_stride;
+            const To* voxels =
+                static_cast<const To*>(view_.origin) + plane * view_.plane_stride + row * view_.row_stride;
             std::int32_t* counts = table + (row / kBlockVoxels + 1) * stride + 1;
             for (int column = 0; column < view_.columns; ++column) {
                 if (voxels[column] != 0) counts[column / kBlockVoxels] = 1;

@@ -21,8 +21,9 @@ public:
         std::ptrdiff_t stride[3];
         int size[3];
     };
-    /// int16 voxels are multiples of a unit, max |attenuation| / 32767: off by half a unit at most, and 0 stays 0. So the
-    /// integral along L mm of volume is off by L max |attenuation| / 65534 at most. An int16 source is copied as it is.
+    /// int16 voxels are multiples of a unit, max |attenuation| / 32767: off by half a unit at most, and 0 stays 0. So
+    /// the integral along L mm of volume is off by L max |attenuation| / 65534 at most. An int16 source is copied as it
+    /// is.
     VolumeLayout(const Source& source, int axis, VoxelStorage storage, Workers& workers);
 
     [[nodiscard]] PlaneLayout view() const { return view_; }

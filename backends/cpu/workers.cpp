@@ -13,7 +13,8 @@ struct Workers::Arena {
     explicit Arena(int threads) : arena(threads) {
         if (threads > usable_cores()) more_than_cores.emplace(tbb::global_control::max_allowed_parallelism, threads);
     }
-    // TBB stops at the number of cores unless told. The smallest of several such limits counts, so ask only where needed.
+    // TBB stops at the number of cores unless told. The smallest of several such limits counts, so ask only where
+    // needed.
     std::optional<tbb::global_control> more_than_cores;
     tbb::task_arena arena;
 };

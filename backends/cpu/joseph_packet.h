@@ -1,0 +1,43 @@
+#pragma once
+
+#include "backends/cpu/lanes.h"
+
+namespace raylign::cpu {
+namespace {
+
+/// The rays of a packet that step along one axis, as lines over the planes of that axis. At signed distance d (in
+/// planes) from the source, lane i is at row source + d * (row_line + row_offset[i]), and likewise its column. Offsets
+/// are small, so that float holds them to 1e-6 of a voxel wherever the source is; the common line is double.
+template <class Arch>
+struct alignas(64) JosephPacket {
+    static constexpr int count = Lanes<Arch>::count;
+    float row_offset[count], row_slope[count], column_offset[count], column_slope[count];  ///< slope = line + offset
+    float first_plane[count], last_plane[count];  ///< planes between source and detector, where limited
+    float mm_per_plane[count];
+    float sum[count];
+    double row_line, column_line;      ///< the lowest row and column of all lanes: d * offset >= 0 unless limited
+    double row_spread, column_spread;  ///< the largest |offset|
+    int x, y;                          ///< first pixel
+    unsigned lanes;                    ///< those that step along this axis
+    bool limited;
+};
+
+/// Where a packet meets one slab: planes [begin, end), at distances d0 .. d1 from the source.
+struct SlabPart {
+    int begin, end;
+    double d0, d1;
+    double row, column;  ///< of the packet's line on plane `begin`
+    int row0, column0;   ///< a voxel before all of its samples: floats count from here
+};
+
+/// A way to read a packet's voxels that beats gathers, where the instruction set has one (footprint_avx512.h).
+template <class Arch>
+struct Footprint {
+    template <class Voxel>
+    static bool march(const PlaneLayout&, JosephPacket<Arch>&, const SlabPart&) {
+        return false;
+    }
+};
+
+}  // namespace
+}  // namespace raylign::cpu
