@@ -96,10 +96,6 @@ std::vector<MomentSums> Session::moment_sums(std::span<const RigidTransform> wor
     return sums;
 }
 
-void Session::accumulate(std::span<const RayFrame>, std::span<const RayFrameDerivatives>, std::span<JacobianSums>) {
-    throw Error("this backend has no analytic derivatives", ErrorKind::unavailable);
-}
-
 void Session::evaluate(std::span<const RigidTransform> world_from_ct, std::span<double> costs) {
     if (costs.size() != world_from_ct.size()) {
         throw bad_value("number of costs", std::to_string(costs.size()),

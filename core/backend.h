@@ -88,9 +88,9 @@ protected:
 
     /// Sums for every frame: sums[frame * channel_count() + channel]. Frames are pose-major.
     virtual void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) = 0;
-    /// The same with derivatives. An engine that cannot do it yet throws Error (kind unavailable): the default.
+    /// The same with derivatives, one set per frame.
     virtual void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
-                            std::span<JacobianSums> sums);
+                            std::span<JacobianSums> sums) = 0;
     virtual Image render_frame(const RayFrame& frame) = 0;
 
     /// Fixed channels per view, made once in core so that engines cannot disagree on them; empty where views lack

@@ -51,7 +51,6 @@ struct Band {
         sum_columns(job, sums);
     }
 
-private:
     static int first_row(const BandJob& job) { return job.y0 > job.radius ? job.y0 - job.radius : 0; }
 
     static float* row_filtered(const BandJob& job, int direction, int y) {
@@ -113,8 +112,8 @@ private:
             smooth_of_derivative = xsimd::fma(Floats(job.smooth[k]), d, smooth_of_derivative);
             derivative_of_smooth = xsimd::fma(Floats(job.derivative[k]), s, derivative_of_smooth);
         }
-        smooth_of_derivative.store_aligned(gx);
-        derivative_of_smooth.store_aligned(gy);
+        smooth_of_derivative.store_unaligned(gx);
+        derivative_of_smooth.store_unaligned(gy);
     }
 };
 

@@ -24,6 +24,32 @@ int first_axis(const Scene& scene) {
     return dominant_axis(frame.ray_voxel(centre.x(), centre.y()));
 }
 
+FrameDerivatives frame_derivatives(const RayFrameDerivatives& derivatives) {
+    FrameDerivatives floats;
+    for (int p = 0; p < kParameters; ++p) {
+        const RayFrameDerivative& d = derivatives[p];
+        for (int axis = 0; axis < 3; ++axis) {
+            floats.source[p][axis] = static_cast<float>(d.source_voxel[axis]);
+            floats.direction[p][axis] = static_cast<float>(d.direction_voxel[axis]);
+            floats.step_u[p][axis] = static_cast<float>(d.step_u_voxel[axis]);
+            floats.step_v[p][axis] = static_cast<float>(d.step_v_voxel[axis]);
+        }
+    }
+    return floats;
+}
+
+JacobianSums jacobian_sums_of(const BandDerivativeSums& band) {
+    JacobianSums sums;
+    sums.moments.moving = band.moving;
+    sums.moments.moving_moving = band.moving_moving;
+    sums.moments.fixed_moving = band.fixed_moving;
+    std::ranges::copy(band.jacobian, sums.jacobian.begin());
+    std::ranges::copy(band.fixed_jacobian, sums.fixed_jacobian.begin());
+    std::ranges::copy(band.moving_jacobian, sums.moving_jacobian.begin());
+    std::ranges::copy(band.jacobian_jacobian, sums.jacobian_jacobian.begin());
+    return sums;
+}
+
 }  // namespace
 
 CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStorage storage, int threads)
@@ -42,18 +68,17 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStor
         smooth_.assign(taps.smooth.begin() + radius_, taps.smooth.end());
         derivative_.assign(taps.derivative.begin() + radius_, taps.derivative.end());
     }
-    std::ptrdiff_t widest = 0;
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
         views_.push_back(make_view_plan(scene.views[i].geometry.camera.size_px));
         if (!fixed().empty()) add_fixed(views_.back(), fixed()[i], radius_);
         image_floats_ = std::max(image_floats_, views_.back().image_floats());
         bands_ = std::max(bands_, static_cast<std::size_t>(views_.back().bands()));
-        widest = std::max(widest, views_.back().stride);
+        widest_ = std::max(widest_, views_.back().stride);
     }
     slots_.resize(workers_.threads());
     for (Slot& slot : slots_) {
         slot.cast_scratch = PageBuffer(kernels_.scratch_bytes, "a thread's rays");
-        if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(widest, radius_), 0.F);
+        if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(widest_, radius_), 0.F);
     }
     const Eigen::Vector3i& n = grid_.size;
     const VolumeLayout::Source source{scene.volume.attenuation_per_mm.data(),
@@ -92,8 +117,8 @@ void CpuSession::make_layouts_for(const RayFrame& frame) {
     }
 }
 
-void CpuSession::cast_tile(const RayFrame& frame, int tile, float* image, std::ptrdiff_t stride, bool only_needed,
-                           Slot& slot) {
+void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* derivatives, int tile, float* image,
+                           std::ptrdiff_t stride, bool only_needed, Slot& slot) {
     const auto start = Clock::now();
     const ViewPlan& view = views_[frame.view];
     CastJob job = cast_job(frame, view.size_px, grid_);
@@ -110,15 +135,24 @@ void CpuSession::cast_tile(const RayFrame& frame, int tile, float* image, std::p
     job.image = image;
     job.image_stride = stride;
     job.scratch = slot.cast_scratch.data();
-    (render_.projector == Projector::joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[storage_](job);
+    job.derivatives = derivatives;
+    job.image_distance = static_cast<std::ptrdiff_t>(image_floats_);
+    const bool joseph = render_.projector == Projector::joseph;
+    if (derivatives) {
+        (joseph ? kernels_.cast_joseph_derivatives : kernels_.cast_trilinear_derivatives)[storage_](job);
+    } else {
+        (joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[storage_](job);
+    }
     slot.cast_s += seconds_since(start);
 }
 
-void CpuSession::sum_band(const RayFrame& frame, int band, const float* image, BandSums* partial, Slot& slot) {
+void CpuSession::sum_band(const Work& work, std::size_t frame, int band, const float* image, Slot& slot) {
     const auto start = Clock::now();
-    const ViewPlan& view = views_[frame.view];
+    const ViewPlan& view = views_[work.frames[frame].view];
     BandJob job{};
     job.image = image;
+    job.image_distance = static_cast<std::ptrdiff_t>(image_floats_);
+    job.scratch_distance = static_cast<std::ptrdiff_t>(band_scratch_floats(view.stride, radius_));
     job.stride = view.stride;
     job.width = view.size_px.x();
     job.height = view.size_px.y();
@@ -131,64 +165,87 @@ void CpuSession::sum_band(const RayFrame& frame, int band, const float* image, B
     for (int channel = 0; channel < channels_; ++channel) job.fixed[channel] = view.fixed[channel].data();
     job.weights = view.weights.data();
     job.scratch = slot.band_scratch.data();
-    kernels_.sum_band(job, partial);
+    const std::size_t at = (frame * bands_ + band) * channels_;
+    if (work.derivatives.empty()) {
+        kernels_.sum_band(job, &partials_[at]);
+    } else {
+        kernels_.sum_band_derivatives(job, &derivative_partials_[at]);
+    }
     slot.band_s += seconds_since(start);
 }
 
 void CpuSession::accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) {
+    accumulate_all<MomentSums>(frames, {}, sums);
+}
+
+void CpuSession::accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
+                            std::span<JacobianSums> sums) {
+    std::vector<FrameDerivatives> floats;
+    floats.reserve(derivatives.size());
+    for (const RayFrameDerivatives& d : derivatives) floats.push_back(frame_derivatives(d));
+    for (Slot& slot : slots_) slot.band_scratch.resize(derivative_scratch_floats(widest_, radius_));
+    accumulate_all<JacobianSums>(frames, floats, sums);
+}
+
+template <class Sums>
+void CpuSession::accumulate_all(std::span<const RayFrame> frames, std::span<const FrameDerivatives> derivatives,
+                                std::span<Sums> sums) {
     for (const RayFrame& frame : frames) make_layouts_for(frame);
     const auto start = Clock::now();
+    const std::size_t images = derivatives.empty() ? 1 : 1 + kParameters;
     // Small images in large batches: a frame each. Else the threads share the tiles of a frame, which balances better.
     const bool whole = image_floats_ <= 128 * 128 && frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
-    const std::size_t group = whole ? frames.size() : std::max<std::size_t>(1, kImagesInWork / image_floats_);
+    const std::size_t group =
+        whole ? frames.size() : std::max<std::size_t>(1, kImagesInWork / (images * image_floats_));
     for (std::size_t begin = 0; begin < frames.size(); begin += group) {
-        const auto some = frames.subspan(begin, std::min(group, frames.size() - begin));
-        const std::size_t partials = some.size() * bands_ * channels_;
-        if (partials_.size() < partials) partials_.resize(partials);
-        whole ? whole_frames(some) : tiled_frames(some);
-        add_partials(some, sums.subspan(begin * channels_));
+        const std::size_t count = std::min(group, frames.size() - begin);
+        const Work work{frames.subspan(begin, count),
+                        derivatives.empty() ? derivatives : derivatives.subspan(begin, count)};
+        const std::size_t partials = count * bands_ * channels_;
+        if (derivatives.empty() && partials_.size() < partials) partials_.resize(partials);
+        if (!derivatives.empty() && derivative_partials_.size() < partials) derivative_partials_.resize(partials);
+        whole ? whole_frames(work) : tiled_frames(work);
+        add_partials(work, sums.subspan(begin * channels_));
     }
     share_time(seconds_since(start));
 }
 
-void CpuSession::whole_frames(std::span<const RayFrame> frames) {
-    for (Slot& slot : slots_) slot.image.resize(image_floats_);
-    workers_.run(frames.size(), [&](std::size_t i, int thread) {
+void CpuSession::whole_frames(const Work& work) {
+    for (Slot& slot : slots_) slot.image.resize(std::max(slot.image.size(), work.images_per_frame() * image_floats_));
+    workers_.run(work.frames.size(), [&](std::size_t i, int thread) {
         Slot& slot = slots_[thread];
-        const ViewPlan& view = views_[frames[i].view];
+        const RayFrame& frame = work.frames[i];
+        const ViewPlan& view = views_[frame.view];
         for (int tile = 0; tile < view.tiles(); ++tile) {
-            cast_tile(frames[i], tile, slot.image.data(), view.stride, true, slot);
+            cast_tile(frame, work.of(i), tile, slot.image.data(), view.stride, true, slot);
         }
-        for (int band = 0; band < view.bands(); ++band) {
-            sum_band(frames[i], band, slot.image.data(), &partials_[(i * bands_ + band) * channels_], slot);
-        }
+        for (int band = 0; band < view.bands(); ++band) sum_band(work, i, band, slot.image.data(), slot);
     });
 }
 
-void CpuSession::tiled_frames(std::span<const RayFrame> frames) {
-    if (images_.size() < frames.size() * image_floats_) images_.resize(frames.size() * image_floats_);
+void CpuSession::tiled_frames(const Work& work) {
+    const std::size_t frame_floats = work.images_per_frame() * image_floats_;
+    if (images_.size() < work.frames.size() * frame_floats) images_.resize(work.frames.size() * frame_floats);
     int tiles = 0;
     for (const ViewPlan& view : views_) tiles = std::max(tiles, view.tiles());
-    workers_.run(frames.size() * tiles, [&](std::size_t turn, int thread) {
+    workers_.run(work.frames.size() * tiles, [&](std::size_t turn, int thread) {
         const std::size_t i = turn / tiles;
         const int tile = static_cast<int>(turn % tiles);
-        const ViewPlan& view = views_[frames[i].view];
-        if (tile < view.tiles()) {
-            cast_tile(frames[i], tile, &images_[i * image_floats_], view.stride, true, slots_[thread]);
-        }
+        const ViewPlan& view = views_[work.frames[i].view];
+        if (tile >= view.tiles()) return;
+        cast_tile(work.frames[i], work.of(i), tile, &images_[i * frame_floats], view.stride, true, slots_[thread]);
     });
-    workers_.run(frames.size() * bands_, [&](std::size_t turn, int thread) {
+    workers_.run(work.frames.size() * bands_, [&](std::size_t turn, int thread) {
         const std::size_t i = turn / bands_;
         const int band = static_cast<int>(turn % bands_);
-        if (band < views_[frames[i].view].bands()) {
-            sum_band(frames[i], band, &images_[i * image_floats_], &partials_[turn * channels_], slots_[thread]);
-        }
+        if (band >= views_[work.frames[i].view].bands()) return;
+        sum_band(work, i, band, &images_[i * frame_floats], slots_[thread]);
     });
 }
 
-void CpuSession::add_partials(std::span<const RayFrame> frames, std::span<MomentSums> sums) const {
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-        const ViewPlan& view = views_[frames[i].view];
+void CpuSession::add_partials(const Work& work, std::span<MomentSums> sums) const {
+    for (std::size_t i = 0; i < work.frames.size(); ++i) {
+        const ViewPlan& view = views_[work.frames[i].view];
         for (int channel = 0; channel < channels_; ++channel) {
             MomentSums& sum = sums[i * channels_ + channel];
             sum = view.fixed_sums[channel];
@@ -199,6 +256,22 @@ void CpuSession::add_partials(std::span<const RayFrame> frames, std::span<Moment
                 sum.moving_moving += partial.moving_moving;
                 sum.fixed_moving += partial.fixed_moving;
             }
+        }
+    }
+}
+
+void CpuSession::add_partials(const Work& work, std::span<JacobianSums> sums) const {
+    for (std::size_t i = 0; i < work.frames.size(); ++i) {
+        const ViewPlan& view = views_[work.frames[i].view];
+        for (int channel = 0; channel < channels_; ++channel) {
+            JacobianSums& sum = sums[i * channels_ + channel];
+            sum = {};
+            for (int band = 0; band < view.bands(); ++band) {
+                sum += jacobian_sums_of(derivative_partials_[(i * bands_ + band) * channels_ + channel]);
+            }
+            sum.moments.weight = view.fixed_sums[channel].weight;
+            sum.moments.fixed = view.fixed_sums[channel].fixed;
+            sum.moments.fixed_fixed = view.fixed_sums[channel].fixed_fixed;
         }
     }
 }
@@ -221,7 +294,7 @@ Image CpuSession::render_frame(const RayFrame& frame) {
     const ViewPlan& view = views_[frame.view];
     Image drr(view.size_px.x(), view.size_px.y());
     workers_.run(view.tiles(), [&](std::size_t tile, int thread) {
-        cast_tile(frame, static_cast<int>(tile), drr.pixels.data(), drr.width, false, slots_[thread]);
+        cast_tile(frame, nullptr, static_cast<int>(tile), drr.pixels.data(), drr.width, false, slots_[thread]);
     });
     share_time(seconds_since(start));
     return drr;

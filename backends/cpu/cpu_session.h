@@ -20,8 +20,9 @@ public:
     [[nodiscard]] std::size_t volume_bytes() const override;
 
 protected:
-    using Session::accumulate;
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;
+    void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
+                    std::span<JacobianSums> sums) override;
     Image render_frame(const RayFrame& frame) override;
 
 private:
@@ -32,13 +33,30 @@ private:
         double cast_s = 0, band_s = 0;
     };
 
+    /// Frames in work at once. With derivatives, each has six more images behind its own.
+    struct Work {
+        std::span<const RayFrame> frames;
+        std::span<const FrameDerivatives> derivatives;  ///< one per frame, or none
+
+        [[nodiscard]] std::size_t images_per_frame() const { return derivatives.empty() ? 1 : 1 + kParameters; }
+        [[nodiscard]] const FrameDerivatives* of(std::size_t frame) const {
+            return derivatives.empty() ? nullptr : &derivatives[frame];
+        }
+    };
+
     void make_layout(int axis);
     void make_layouts_for(const RayFrame& frame);
-    void cast_tile(const RayFrame& frame, int tile, float* image, std::ptrdiff_t stride, bool only_needed, Slot& slot);
-    void sum_band(const RayFrame& frame, int band, const float* image, BandSums* partial, Slot& slot);
-    void whole_frames(std::span<const RayFrame> frames);
-    void tiled_frames(std::span<const RayFrame> frames);
-    void add_partials(std::span<const RayFrame> frames, std::span<MomentSums> sums) const;
+    /// Casts one tile; `derivatives` may be null.
+    void cast_tile(const RayFrame& frame, const FrameDerivatives* derivatives, int tile, float* image,
+                   std::ptrdiff_t stride, bool only_needed, Slot& slot);
+    void sum_band(const Work& work, std::size_t frame, int band, const float* image, Slot& slot);
+    void whole_frames(const Work& work);
+    void tiled_frames(const Work& work);
+    void add_partials(const Work& work, std::span<MomentSums> sums) const;
+    void add_partials(const Work& work, std::span<JacobianSums> sums) const;
+    template <class Sums>
+    void accumulate_all(std::span<const RayFrame> frames, std::span<const FrameDerivatives> derivatives,
+                        std::span<Sums> sums);
     void share_time(double wall_s);
 
     const KernelTable& kernels_;
@@ -54,7 +72,9 @@ private:
     std::vector<Slot> slots_;
     std::vector<float> images_;                 ///< of the frames in work, where several threads share one
     std::vector<BandSums> partials_;            ///< [frame][band][channel]
+    std::vector<BandDerivativeSums> derivative_partials_;
     std::size_t image_floats_ = 0, bands_ = 0;  ///< the most that a view has
+    std::ptrdiff_t widest_ = 0;                 ///< stride of a view's rows
 };
 
 }  // namespace raylign::cpu

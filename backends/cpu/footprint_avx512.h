@@ -2,7 +2,7 @@
 
 #include <immintrin.h>
 
-#include "backends/cpu/joseph_kernel.h"
+#include "backends/cpu/joseph_derivatives.h"
 
 namespace raylign::cpu {
 namespace {
@@ -19,7 +19,7 @@ struct Footprint<xsimd::avx512bw> {
     using Packet = JosephPacket<xsimd::avx512bw>;
 
     /// Adds the planes of a slab to the packet's sums; false, with nothing done, where the footprint is too large.
-    template <class Voxel>
+    template <class Voxel, Order order>
     static bool march(const PlaneLayout& layout, Packet& packet, const SlabPart& part) {
         // Rows first .. first + 6 may start a pair; the base lies up to 1e-3 below the lowest sample.
         const double distance = maximum(__builtin_fabs(part.d0), __builtin_fabs(part.d1));
@@ -43,6 +43,7 @@ struct Footprint<xsimd::avx512bw> {
         const Voxel* plane = static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride +
                              part.row0 * stride + part.column0;
         __m512 even_sum = _mm512_setzero_ps(), odd_sum = _mm512_setzero_ps();
+        SlopeSums<xsimd::batch<float, xsimd::avx512bw>> slopes;
         for (int k = 0; k < part.end - part.begin; ++k, plane += layout.plane_stride) {
             const Voxel* voxels = plane + offset[k];
             const __m512 even0 = rows(voxels, 2 * stride), even1 = rows(voxels + 4 * stride, 2 * stride);
@@ -57,13 +58,23 @@ struct Footprint<xsimd::avx512bw> {
             const __m512i even = _mm512_castps_si512(_mm512_fmadd_ps(eight, even_row, cell));
             const __m512i odd = _mm512_castps_si512(_mm512_fmadd_ps(eight, odd_row, cell));
             const __m512 fc = _mm512_sub_ps(c, c0);
-            const __m512 e = pair(even0, even1, even, one, fc), o = pair(odd0, odd1, odd, one, fc);
-            even_sum = _mm512_add_ps(even_sum, e);
-            odd_sum = _mm512_fmadd_ps(_mm512_abs_ps(_mm512_sub_ps(r, even_row)), _mm512_sub_ps(o, e), odd_sum);
+            const Pair e(even0, even1, even, one), o(odd0, odd1, odd, one);
+            const __m512 e_value = e.value(fc), rise = _mm512_sub_ps(o.value(fc), e_value);
+            const __m512 above = _mm512_sub_ps(r, even_row), distance_from_even = _mm512_abs_ps(above);
+            even_sum = _mm512_add_ps(even_sum, e_value);
+            odd_sum = _mm512_fmadd_ps(distance_from_even, rise, odd_sum);
+            if constexpr (order == Order::derivatives) {
+                // Downwards from the even row the slope is the other way round; half rows count double.
+                const __m512 sign = _mm512_and_ps(above, _mm512_set1_ps(-0.F));
+                const __m512 along = _mm512_fmadd_ps(_mm512_add_ps(distance_from_even, distance_from_even),
+                                                     _mm512_sub_ps(o.rise, e.rise), e.rise);
+                slopes.add(_mm512_xor_ps(rise, sign), along, step);
+            }
         }
         // The distance from the even row was counted in steps of two rows.
         const __m512 sum = _mm512_fmadd_ps(_mm512_set1_ps(2), odd_sum, even_sum);
         _mm512_store_ps(packet.sum, _mm512_add_ps(_mm512_load_ps(packet.sum), sum));
+        if constexpr (order == Order::derivatives) slopes.store(packet, d0);
         return true;
     }
 
@@ -86,12 +97,15 @@ private:
         return _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(_mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1)));
     }
 
-    /// Interpolates between columns `index` and `index` + 1 of a table of four rows of eight.
-    static __m512 pair(__m512 table0, __m512 table1, __m512i index, __m512i one, __m512 fraction) {
-        const __m512 a = _mm512_permutex2var_ps(table0, index, table1);
-        const __m512 b = _mm512_permutex2var_ps(table0, _mm512_add_epi32(index, one), table1);
-        return _mm512_fmadd_ps(fraction, _mm512_sub_ps(b, a), a);
-    }
+    /// Columns `index` and `index` + 1 of a table of four rows of eight.
+    struct Pair {
+        __m512 first, rise;
+
+        Pair(__m512 table0, __m512 table1, __m512i index, __m512i one)
+            : first(_mm512_permutex2var_ps(table0, index, table1)),
+              rise(_mm512_sub_ps(_mm512_permutex2var_ps(table0, _mm512_add_epi32(index, one), table1), first)) {}
+        [[nodiscard]] __m512 value(__m512 fraction) const { return _mm512_fmadd_ps(fraction, rise, first); }
+    };
 
     /// For all planes of the slab at once (one a lane): where the footprint starts in memory, relative to voxel (row0,
     /// column0); half its first row; what to add to a sample's 8 * half row + column to get its place in the tables.

@@ -70,6 +70,10 @@ std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius) {
            2 * static_cast<std::size_t>(stride) * (kBandRows + 2 * radius);
 }
 
+std::size_t derivative_scratch_floats(std::ptrdiff_t stride, int radius) {
+    return (1 + kParameters) * (band_scratch_floats(stride, radius) + 2 * static_cast<std::size_t>(stride));
+}
+
 void add_fixed(ViewPlan& plan, const FixedChannels& fixed, int reach_px) {
     for (const Image& channel : fixed.channels) {
         plan.fixed.push_back(with_stride(channel, plan.stride));

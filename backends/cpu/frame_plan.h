@@ -33,6 +33,8 @@ struct ViewPlan {
 
 /// Floats of scratch that a BandJob needs: a padded row, two row-filtered images of the band and its surroundings.
 [[nodiscard]] std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius);
+/// The same with derivatives: seven images, and a filtered row of each in both directions.
+[[nodiscard]] std::size_t derivative_scratch_floats(std::ptrdiff_t stride, int radius);
 
 /// Adds the fixed channels of a view. `reach_px`: how far a pixel of the DRR reaches in the channels (the filter's
 /// radius).

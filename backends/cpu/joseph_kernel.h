@@ -1,5 +1,6 @@
 #pragma once
 
+#include "backends/cpu/joseph_derivatives.h"
 #include "backends/cpu/joseph_tile.h"
 #include "backends/cpu/pairs.h"
 
@@ -9,7 +10,7 @@ namespace {
 /// Joseph's method for one tile: packets of rays walk the planes of their dominant axis, slab by slab (see
 /// reference_backend for the model). The slab of voxels that a tile needs stays in the cache while all of its packets
 /// pass.
-template <class Arch, class Voxel>
+template <class Arch, class Voxel, Order order>
 struct Joseph {
     using L = Lanes<Arch>;
     using Floats = typename L::Floats;
@@ -26,6 +27,9 @@ struct Joseph {
             if (count == 0) continue;
             march(job, axis, packets, count);
             store(job, job.layouts[axis].unit_per_mm, packets, count);
+            if constexpr (order == Order::derivatives) {
+                for (int i = 0; i < count; ++i) store_derivatives(job, axis, packets[i]);
+            }
         }
     }
 
@@ -95,6 +99,7 @@ private:
             packet.mm_per_plane[i] = __builtin_sqrtf(plane_mm * plane_mm + across * across + along * along);
             packet.sum[i] = 0;
         }
+        if constexpr (order == Order::derivatives) clear_slopes(packet);
         const bool planes_follow =
             job.source[axis] < 0.5 * job.layouts[axis].planes;  // the source's side, where not limited
         set_line(rows, planes_follow, packet.row_line, packet.row_spread, packet.row_offset, packet.row_slope);
@@ -185,7 +190,7 @@ private:
                 part.column = column_source + part.d0 * packet->column_line;
                 part.row0 = floor_clamped(rows.low - 1, -1, layout.rows);
                 part.column0 = floor_clamped(columns.low - 1, -1, layout.columns);
-                if (packet->limited || !Footprint<Arch>::template march<Voxel>(layout, *packet, part))
+                if (packet->limited || !Footprint<Arch>::template march<Voxel, order>(layout, *packet, part))
                     march_slab(layout, *packet, part);
             }
         }
@@ -207,31 +212,35 @@ private:
         const Voxel* voxels = static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride +
                               part.row0 * layout.row_stride + part.column0;
         Floats sum(0.F);
+        SlopeSums<Floats> slopes;
         for (int plane = part.begin; plane < part.end; ++plane, voxels += layout.plane_stride) {
             const Floats step(static_cast<float>(plane - part.begin));
-            const Floats r = xsimd::min(xsimd::max(xsimd::fma(step, row_slope, row), zero), row_max);
-            const Floats c = xsimd::min(xsimd::max(xsimd::fma(step, column_slope, column), zero), column_max);
+            const Floats raw_r = xsimd::fma(step, row_slope, row), raw_c = xsimd::fma(step, column_slope, column);
+            const Floats r = xsimd::min(xsimd::max(raw_r, zero), row_max);
+            const Floats c = xsimd::min(xsimd::max(raw_c, zero), column_max);
             const Ints ri = xsimd::to_int(r), ci = xsimd::to_int(c);  // truncation is floor: both are >= 0
-            Floats value = bilinear(voxels, ri * row_stride + ci, layout.row_stride, r - xsimd::to_float(ri),
-                                    c - xsimd::to_float(ci));
+            Cell<Floats> cell = load_cell(voxels, ri * row_stride + ci, layout.row_stride);
+            const Floats fr = r - xsimd::to_float(ri), fc = c - xsimd::to_float(ci);
             if (packet.limited) {
                 const Floats k(static_cast<float>(plane));
-                value = xsimd::select(
-                    k >= Floats::load_aligned(packet.first_plane) && k <= Floats::load_aligned(packet.last_plane),
-                    value, zero);
+                cell.keep(k >= Floats::load_aligned(packet.first_plane) && k <= Floats::load_aligned(packet.last_plane));
             }
-            sum += value;
+            sum += cell.value(fr, fc);
+            if constexpr (order == Order::derivatives) {
+                // At the lower border of the support the value is 0 either way, but a slope would come from the voxels inside.
+                slopes.add(xsimd::select(raw_r < zero, zero, cell.row_slope(fc)),
+                           xsimd::select(raw_c < zero, zero, cell.column_slope(fr)), step);
+            }
         }
         (Floats::load_aligned(packet.sum) + sum).store_aligned(packet.sum);
+        if constexpr (order == Order::derivatives) slopes.store(packet, distance);
     }
 
-    static Floats bilinear(const Voxel* voxels, const Ints& index, std::ptrdiff_t row_stride, const Floats& fr,
-                           const Floats& fc) {
-        Floats v00, v01, v10, v11;
-        Pairs<Arch>::load(voxels, index, v00, v01);
-        Pairs<Arch>::load(voxels + row_stride, index, v10, v11);
-        const Floats v0 = xsimd::fma(fc, v01 - v00, v00), v1 = xsimd::fma(fc, v11 - v10, v10);
-        return xsimd::fma(fr, v1 - v0, v0);
+    static Cell<Floats> load_cell(const Voxel* voxels, const Ints& index, std::ptrdiff_t row_stride) {
+        Cell<Floats> cell;
+        Pairs<Arch>::load(voxels, index, cell.v00, cell.v01);
+        Pairs<Arch>::load(voxels + row_stride, index, cell.v10, cell.v11);
+        return cell;
     }
 
     static void store(const CastJob& job, float unit_per_mm, const Packet* packets, int count) {

@@ -5,6 +5,9 @@
 namespace raylign::cpu {
 namespace {
 
+/// What a kernel sums along rays: values only, or the slopes that pose derivatives need as well.
+enum class Order { value, derivatives };
+
 /// The rays of a packet that step along one axis, as lines over the planes of that axis. At signed distance d (in
 /// planes) from the source, lane i is at row source + d * (row_line + row_offset[i]), and likewise its column. Offsets
 /// are small, so that float holds them to 1e-6 of a voxel wherever the source is; the common line is double.
@@ -15,6 +18,8 @@ struct alignas(64) JosephPacket {
     float first_plane[count], last_plane[count];  ///< planes between source and detector, where limited
     float mm_per_plane[count];
     float sum[count];
+    float row_gradient[count], column_gradient[count];  ///< sums of the values' slopes, for derivatives
+    float row_moment[count], column_moment[count];      ///< the same times the distance in planes from the source
     double row_line, column_line;      ///< the lowest row and column of all lanes: d * offset >= 0 unless limited
     double row_spread, column_spread;  ///< the largest |offset|
     int x, y;                          ///< first pixel
@@ -33,7 +38,7 @@ struct SlabPart {
 /// A way to read a packet's voxels that beats gathers, where the instruction set has one (footprint_avx512.h).
 template <class Arch>
 struct Footprint {
-    template <class Voxel>
+    template <class Voxel, Order order>
     static bool march(const PlaneLayout&, JosephPacket<Arch>&, const SlabPart&) {
         return false;
     }

@@ -19,6 +19,8 @@ constexpr int kBandRows = 32;    ///< image rows that are filtered and summed at
 /// memory.
 constexpr int kAxisOrder[3][3] = {{0, 2, 1}, {1, 2, 0}, {2, 1, 0}};
 
+constexpr int kParameters = 6;  ///< of a pose: rotation, translation
+
 /// Voxels as planes of rows, zero-padded by kPadVoxels on the four sides of each plane, with a plane of zeros before
 /// and two after (trilinear). `origin` is voxel (0, 0) of plane 0.
 struct PlaneLayout {
@@ -29,6 +31,11 @@ struct PlaneLayout {
     /// Summed-area table of occupied blocks per slab, [slab][block_rows + 1][block_columns + 1].
     const std::int32_t* occupied;
     int block_rows, block_columns;
+};
+
+/// What one step in each pose parameter does to a frame's rays: see RayFrameDerivative.
+struct FrameDerivatives {
+    float source[kParameters][3], direction[kParameters][3], step_u[kParameters][3], step_v[kParameters][3];
 };
 
 /// One tile of one image. Vectors are in x, y, z voxel order; see core/geometry/ray_frame.h.
@@ -45,7 +52,9 @@ struct CastJob {
     std::ptrdiff_t needed_stride;
     float* image;
     std::ptrdiff_t image_stride;
-    void* scratch;  ///< KernelTable::scratch_bytes, 64-byte aligned
+    const FrameDerivatives* derivatives;  ///< read by the derivative kernels
+    std::ptrdiff_t image_distance;        ///< they write derivative image i at image + (1 + i) * image_distance
+    void* scratch;                        ///< KernelTable::scratch_bytes, 64-byte aligned
 };
 
 /// One band of rows of one image: filter (where channels = 2) and weighted sums.
@@ -61,11 +70,20 @@ struct BandJob {
     const float* fixed[2];
     const float* weights;  ///< 0 from column width on
     float* scratch;        ///< see band_scratch_floats
+    std::ptrdiff_t image_distance;    ///< the derivative images lie behind `image` by this
+    std::ptrdiff_t scratch_distance;  ///< and each filters in scratch of its own, behind the first by this
 };
 
 /// Weighted sums of one channel over a band; the sums of the fixed image alone never change.
 struct BandSums {
     double moving, moving_moving, fixed_moving;
+};
+
+/// The same with derivatives: JacobianSums of core/similarity/linearization.h without what the fixed image alone decides.
+struct BandDerivativeSums {
+    double moving, moving_moving, fixed_moving;
+    double jacobian[kParameters], fixed_jacobian[kParameters], moving_jacobian[kParameters];
+    double jacobian_jacobian[kParameters * (kParameters + 1) / 2];
 };
 
 enum VoxelStorage { kFloat32, kInt16 };
@@ -76,7 +94,10 @@ struct KernelTable {
     std::size_t scratch_bytes;
     void (*cast_joseph[2])(const CastJob&) noexcept;  ///< by VoxelStorage
     void (*cast_trilinear[2])(const CastJob&) noexcept;
+    void (*cast_joseph_derivatives[2])(const CastJob&) noexcept;
+    void (*cast_trilinear_derivatives[2])(const CastJob&) noexcept;
     void (*sum_band)(const BandJob&, BandSums*) noexcept;  ///< fills one BandSums per channel
+    void (*sum_band_derivatives)(const BandJob&, BandDerivativeSums*) noexcept;
 };
 
 }  // namespace raylign::cpu

@@ -50,7 +50,7 @@ struct Trilinear {
         store(job, packets, count);
     }
 
-private:
+    // Shared with trilinear_derivatives_kernel.h.
     static int collect(const CastJob& job, const PlaneLayout& layout, Packet* packets) {
         int count = 0;
         for (int y = job.y0; y < job.y1; y += L::height) {

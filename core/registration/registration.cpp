@@ -103,8 +103,8 @@ private:
     void choose_method() {
         result_.method = options_.method;
         if (options_.method != Method::automatic) return;
-        result_.method = Method::steepest_descent;
-        result_.method_reason = "needs no derivatives from the engine";
+        result_.method = Method::gauss_newton;
+        result_.method_reason = "the fewest evaluations: the engine gives analytic derivatives";
     }
 
     [[nodiscard]] double level_work(const LevelPlan& level) const {

@@ -99,7 +99,7 @@ TEST_P(Derivatives, CurvatureIsSymmetricAndPositive) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Derivatives,
-                         testing::Combine(testing::Values("reference"),
+                         testing::Combine(testing::ValuesIn(backend_names()),
                                           testing::Values(Case{"GcJoseph", Metric::gc, Projector::joseph},
                                                           Case{"NccJoseph", Metric::ncc, Projector::joseph},
                                                           Case{"GcTrilinear", Metric::gc, Projector::trilinear})),

@@ -55,6 +55,63 @@ protected:
     }
 };
 
+/// Gradient and curvature against the reference, relative to their size: 1e-4, since derivative images are differences of
+/// neighbouring voxels, whose float errors weigh more than in the image.
+void expect_equal_linearizations(const NamedScene& named, Projector projector, const Similarity& similarity,
+                                 const std::string& instruction_set) {
+    const Scene scene = named.scene(projector, similarity);
+    auto session = make_cpu_backend({.threads = 2, .instruction_set = instruction_set})->prepare(scene);
+    auto reference = make_reference_backend()->prepare(scene);
+    std::vector<RigidTransform> poses;
+    for (unsigned seed = 30; seed < 33; ++seed) poses.push_back(pose_near_identity(seed));
+    std::vector<Linearization> found(poses.size()), truth(poses.size());
+    const Eigen::Vector3d centre_ct_mm(2, -3, 1);
+    session->linearize(poses, centre_ct_mm, found);
+    reference->linearize(poses, centre_ct_mm, truth);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        EXPECT_NEAR(found[i].cost, truth[i].cost, kCost);
+        EXPECT_LT((found[i].gradient - truth[i].gradient).norm(), 1e-4 * truth[i].gradient.norm()) << "pose " << i;
+        EXPECT_LT((found[i].curvature - truth[i].curvature).norm(), 1e-4 * truth[i].curvature.norm()) << "pose " << i;
+    }
+}
+
+TEST_P(CpuCost, DerivativesEqualReference) {
+    for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
+        expect_equal_linearizations(cost_scene({45, 37}, true), projector, {Metric::ncc, {}}, GetParam());
+        expect_equal_linearizations(cost_scene({45, 37}, false), projector, {Metric::gc, {1.5, 4}}, GetParam());
+    }
+    expect_equal_linearizations(cost_scene({150, 131}, true), Projector::joseph, {Metric::gc, {1, 3}}, GetParam());
+}
+
+TEST_P(CpuCost, DerivativesAreRightWithTheSourceInsideAndTheDetectorBeforeTheVolumesEnd) {
+    for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
+        NamedScene scene = cost_scene({33, 40}, false);
+        for (View& view : scene.views) {
+            view.geometry.camera_from_world.translation_mm = {0, 0, 5};  // 5 mm behind the volume's centre
+            view.geometry.camera.sdd_mm = 14;
+            view.geometry.camera.intrinsics_px.topLeftCorner<2, 2>() *= 20.0 / 900;
+        }
+        add_images(scene, pose_near_identity(5, 0.3));
+        expect_equal_linearizations(scene, projector, {Metric::ncc, {}}, GetParam());
+    }
+}
+
+TEST_P(CpuCost, LinearizingHasTheSameBitsAtAnyNumberOfThreadsAndInAnyBatch) {
+    const NamedScene named = cost_scene({45, 37}, false);
+    const Scene scene = named.scene(Projector::joseph, {});
+    std::vector<RigidTransform> poses;
+    for (unsigned seed = 40; seed < 52; ++seed) poses.push_back(pose_near_identity(seed));
+    std::vector<Linearization> first(poses.size()), other(poses.size());
+    make_cpu_backend({.threads = 1, .instruction_set = GetParam()})->prepare(scene)->linearize(poses, {0, 0, 0}, first);
+    auto session = make_cpu_backend({.threads = 3, .instruction_set = GetParam()})->prepare(scene);
+    for (std::size_t i = 0; i < poses.size(); ++i) session->linearize({&poses[i], 1}, {0, 0, 0}, {&other[i], 1});
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        EXPECT_EQ(first[i].cost, other[i].cost);
+        EXPECT_EQ(first[i].gradient, other[i].gradient);
+        EXPECT_EQ(first[i].curvature, other[i].curvature);
+    }
+}
+
 TEST_P(CpuCost, GradientCorrelationEqualsReference) {
     for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
         expect_equal_costs(cost_scene({45, 37}, false), projector, {});

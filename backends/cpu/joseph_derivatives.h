@@ -1,0 +1,99 @@
+#pragma once
+
+#include "backends/cpu/joseph_packet.h"
+
+namespace raylign::cpu {
+namespace {
+
+/// The four voxels around a sample in a plane.
+template <class Floats>
+struct Cell {
+    Floats v00, v01, v10, v11;  ///< [row][column]
+
+    [[nodiscard]] Floats value(const Floats& fr, const Floats& fc) const {
+        const Floats v0 = xsimd::fma(fc, v01 - v00, v00), v1 = xsimd::fma(fc, v11 - v10, v10);
+        return xsimd::fma(fr, v1 - v0, v0);
+    }
+    [[nodiscard]] Floats row_slope(const Floats& fc) const { return xsimd::fma(fc, v11 - v10, v10) - xsimd::fma(fc, v01 - v00, v00); }
+    [[nodiscard]] Floats column_slope(const Floats& fr) const { return xsimd::fma(fr, (v11 - v10) - (v01 - v00), v01 - v00); }
+
+    /// Zero where `mask` is false.
+    template <class Mask>
+    void keep(const Mask& mask) {
+        const Floats zero(0.F);
+        v00 = xsimd::select(mask, v00, zero);
+        v01 = xsimd::select(mask, v01, zero);
+        v10 = xsimd::select(mask, v10, zero);
+        v11 = xsimd::select(mask, v11, zero);
+    }
+};
+
+/// Sums of slopes over the planes of a slab, and of slopes times the plane's number in it.
+template <class Floats>
+struct SlopeSums {
+    Floats row = Floats(0.F), column = Floats(0.F), row_moment = Floats(0.F), column_moment = Floats(0.F);
+
+    void add(const Floats& row_slope, const Floats& column_slope, const Floats& step) {
+        row += row_slope;
+        column += column_slope;
+        row_moment = xsimd::fma(step, row_slope, row_moment);
+        column_moment = xsimd::fma(step, column_slope, column_moment);
+    }
+
+    /// Adds to the packet, whose moments count from the source: `distance` planes before the slab's first.
+    template <class Packet>
+    void store(Packet& packet, const Floats& distance) const {
+        const auto add_to = [](float* sum, const Floats& value) { (Floats::load_aligned(sum) + value).store_aligned(sum); };
+        add_to(packet.row_gradient, row);
+        add_to(packet.column_gradient, column);
+        add_to(packet.row_moment, xsimd::fma(distance, row, row_moment));
+        add_to(packet.column_moment, xsimd::fma(distance, column, column_moment));
+    }
+};
+
+template <class Packet>
+void clear_slopes(Packet& packet) {
+    for (int i = 0; i < Packet::count; ++i) {
+        packet.row_gradient[i] = packet.column_gradient[i] = packet.row_moment[i] = packet.column_moment[i] = 0;
+    }
+}
+
+/// dI / dp for the six parameters and the rays of a packet. With plane distance d from the source, a sample's row is
+/// s_r + d m_r, m_r = ray_r / ray_a (columns alike), and the length per plane L ~ 1 / |ray_a|; so
+///   dI = L sum_k [ f_r (ds_r - m_r ds_a + d dm_r) + f_c (...) ] - I dray_a / ray_a,   dm_r = (dray_r - m_r dray_a) / ray_a.
+/// Derived from core/CONVENTIONS.md section 5; the loops run over lanes so that the compiler makes vectors of them.
+template <class Packet>
+void store_derivatives(const CastJob& job, int axis, const Packet& packet) {
+    constexpr int count = Packet::count, width = count >= 8 ? 4 : 2;
+    const int row = kAxisOrder[axis][1], column = kAxisOrder[axis][2];
+    const FrameDerivatives& d = *job.derivatives;
+    float u[count], v[count], per_ray[count], scale[count], image[count];
+    for (int i = 0; i < count; ++i) {
+        u[i] = static_cast<float>(packet.x + i % width);
+        v[i] = static_cast<float>(packet.y + i / width);
+        per_ray[i] = 1 / (static_cast<float>(job.direction[axis]) + u[i] * static_cast<float>(job.step_u[axis]) +
+                          v[i] * static_cast<float>(job.step_v[axis]));
+        scale[i] = packet.mm_per_plane[i] * job.layouts[axis].unit_per_mm;
+    }
+    for (int p = 0; p < kParameters; ++p) {
+        const float* ds = d.source[p];
+        for (int i = 0; i < count; ++i) {
+            const float along = d.direction[p][axis] + u[i] * d.step_u[p][axis] + v[i] * d.step_v[p][axis];
+            const float dr = d.direction[p][row] + u[i] * d.step_u[p][row] + v[i] * d.step_v[p][row];
+            const float dc = d.direction[p][column] + u[i] * d.step_u[p][column] + v[i] * d.step_v[p][column];
+            const float mr = packet.row_slope[i], mc = packet.column_slope[i];
+            image[i] = scale[i] * (packet.row_gradient[i] * (ds[row] - mr * ds[axis]) +
+                                   packet.column_gradient[i] * (ds[column] - mc * ds[axis]) +
+                                   per_ray[i] * (packet.row_moment[i] * (dr - mr * along) +
+                                                 packet.column_moment[i] * (dc - mc * along) - packet.sum[i] * along));
+        }
+        float* out = job.image + (1 + p) * job.image_distance;
+        for (int i = 0; i < count; ++i) {
+            if (!(packet.lanes >> i & 1)) continue;
+            out[(packet.y + i / width) * job.image_stride + packet.x + i % width] = image[i];
+        }
+    }
+}
+
+}  // namespace
+}  // namespace raylign::cpu
