@@ -1,0 +1,201 @@
+// How much faster is the cpu engine than other DRR programs? Same volume, same rays, same number of threads, random
+// poses, all programs in turn on each pose, images compared on each pose. Usage: raylign_peers [volume=256]
+// [pixels=256] [threads=2] [poses=21] [spread_deg=180] volume: 256 (spine phantom, 256^3), 512 (512 x 512 x 256) or a
+// CT file; spread_deg: 180 = all orientations alike, less = turned up to that from the frontal view.
+
+#include <unistd.h>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "backends/registry.h"
+#include "bench/peers.h"
+#include "core/error.h"
+#include "core/evaluation/random.h"
+#include "core/io/volume_io.h"
+#include "tests/support/scenes.h"
+
+namespace raylign::bench {
+namespace {
+
+constexpr int kOwnRepeats = 3;  // per pose; the first follows another program and finds cold caches, see Timing
+// Limits for "the same image": the volume models differ (trilinear field, constant voxels, bilinear planes), and with
+// them every silhouette by up to a pixel or two, but no image as a whole.
+constexpr double kLeastCorrelation = 0.999;
+constexpr double kLargestMeanDifference = 5e-3;  // of the maximum
+
+/// Seconds per pose; `first` also where a program is measured once per pose.
+struct Timing {
+    std::string name;
+    std::vector<double> seconds, first_s, ratio, correlation, mean_difference, max_difference;
+};
+
+double median(std::vector<double> values) {
+    std::ranges::sort(values);
+    const std::size_t n = values.size();
+    return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+/// A folder that is gone with this object.
+struct TemporaryFolder {
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("raylign_peers_" + std::to_string(::getpid()));
+    TemporaryFolder() { std::filesystem::create_directories(path); }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+};
+
+/// Centred on the ct origin, axes along ct: the peers know no other directions.
+Volume make_volume(const std::string& name) {
+    const auto phantom = [](const Eigen::Vector3i& size) {
+        const Eigen::Vector3d spacing_mm = Eigen::Vector3d::Constant(160.0 / 256);
+        return voxelise(spine_phantom(size.cast<double>().cwiseProduct(spacing_mm)), centred_grid(size, spacing_mm), 2);
+    };
+    if (name == "256") return phantom({256, 256, 256});
+    if (name == "512") return phantom({512, 512, 256});
+    Volume volume = read_volume(name, {.hu_preset = "plastimatch"}).volume;
+    volume.grid = centred_grid(volume.grid.size, volume.grid.spacing_mm);
+    return volume;
+}
+
+RigidTransform random_pose(Random& random, double spread_deg) {
+    Eigen::Vector4d q(random.normal(), random.normal(), random.normal(), random.normal());
+    q.normalize();
+    RigidTransform pose;
+    pose.rotation = Eigen::Quaterniond(q).toRotationMatrix();
+    if (spread_deg < 180) {
+        Twist turn = Twist::Zero();
+        turn.head<3>() = random.direction() * random.uniform(0, spread_deg) * std::numbers::pi / 180;
+        pose = exp(turn);
+    }
+    for (int i = 0; i < 3; ++i) pose.translation_mm[i] = random.uniform(-10, 10);
+    return pose;
+}
+
+void compare(const Image& image, const Image& own, Timing& timing) {
+    if (image.width != own.width || image.height != own.height) throw Error(timing.name + ": image of another size");
+    double a = 0, b = 0, aa = 0, bb = 0, ab = 0, sum = 0, largest = 0, maximum = 0;
+    const auto n = static_cast<double>(own.pixels.size());
+    for (std::size_t i = 0; i < own.pixels.size(); ++i) {
+        const double x = image.pixels[i], y = own.pixels[i];
+        a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
+        sum += std::abs(x - y);
+        largest = std::max(largest, std::abs(x - y));
+        maximum = std::max(maximum, y);
+    }
+    timing.correlation.push_back((ab - a * b / n) / std::sqrt((aa - a * a / n) * (bb - b * b / n)));
+    timing.mean_difference.push_back(sum / n / maximum);
+    timing.max_difference.push_back(largest / maximum);
+}
+
+Image render_own(Session& session, const RigidTransform& pose, Timing& timing) {
+    Image image;
+    std::vector<double> seconds;
+    for (int i = 0; i < kOwnRepeats; ++i) {
+        const auto start = std::chrono::steady_clock::now();
+        image = session.render(pose, 0);
+        seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    timing.first_s.push_back(seconds.front());
+    timing.seconds.push_back(median(seconds));
+    return image;
+}
+
+bool same_images(const Timing& t) {
+    return std::ranges::min(t.correlation) > kLeastCorrelation &&
+           std::ranges::max(t.mean_difference) < kLargestMeanDifference;
+}
+
+void print_table(const std::vector<Timing>& timings) {
+    std::printf(
+        "| program | median ms | min | max | raylign is faster, median (range) | cold | corr. >= | mean diff. <= | "
+        "max diff. |\n|---|---|---|---|---|---|---|---|---|\n");
+    const Timing& own = timings.front();
+    for (const Timing& t : timings) {
+        std::printf("| %s | %.2f | %.2f | %.2f | ", t.name.c_str(), 1e3 * median(t.seconds),
+                    1e3 * std::ranges::min(t.seconds), 1e3 * std::ranges::max(t.seconds));
+        if (&t == &own) {
+            std::printf("(cold: %.2f ms) | | | | |\n", 1e3 * median(t.first_s));
+            continue;
+        }
+        std::vector<double> cold;
+        for (std::size_t i = 0; i < t.seconds.size(); ++i) cold.push_back(t.seconds[i] / own.first_s[i]);
+        std::printf("%.1f x (%.1f-%.1f) | %.1f x | %.5f | %.1e | %.1e |%s\n", median(t.ratio),
+                    std::ranges::min(t.ratio), std::ranges::max(t.ratio), median(cold), std::ranges::min(t.correlation),
+                    std::ranges::max(t.mean_difference), median(t.max_difference),
+                    same_images(t) ? "" : " IMAGES DISAGREE");
+    }
+}
+
+struct Arguments {
+    std::string volume;
+    int pixels, threads, poses;
+    double spread_deg;
+};
+
+/// The detector sees 1.25 times the volume's longest side at the isocentre.
+View make_view(const Volume& volume, int pixels) {
+    const double field_mm = 1.25 * volume.grid.spacing_mm.cwiseProduct(volume.grid.size.cast<double>()).maxCoeff();
+    return {"AP", test::c_arm_view(0, pixels, field_mm), {}, {}};
+}
+
+int run(const Arguments& arguments) {
+    const Volume volume = make_volume(arguments.volume);
+    const std::vector<View> views = {make_view(volume, arguments.pixels)};
+    const TemporaryFolder folder;
+    write_volume(folder.path / "volume.mha", volume);
+    const std::vector<Peer> peers = {plastimatch_peer(folder.path / "volume.mha", arguments.threads),
+                                     itk_peer(volume, arguments.threads)};
+    const auto backend = create_backend("cpu", {.threads = arguments.threads}).backend;
+    const auto session = backend->prepare({volume, views, {}, {}});
+    std::vector<Timing> timings = {{.name = "raylign cpu, joseph"}, {.name = peers[0].name}, {.name = peers[1].name}};
+
+    Random random(7);
+    std::vector<RigidTransform> poses;
+    for (int i = 0; i < arguments.poses; ++i) poses.push_back(random_pose(random, arguments.spread_deg));
+    for (const RigidTransform& pose : poses) (void)session->render(pose, 0);  // makes the layouts that the poses need
+    for (const RigidTransform& pose : poses) {
+        const Image own = render_own(*session, pose, timings[0]);
+        for (std::size_t p = 0; p < peers.size(); ++p) {
+            const TimedImage other = peers[p].render(views[0].geometry, pose);
+            Timing& timing = timings[p + 1];
+            timing.seconds.push_back(other.seconds);
+            timing.ratio.push_back(other.seconds / timings[0].seconds.back());
+            compare(other.image, own, timing);
+        }
+    }
+    const BackendInfo info = backend->info();
+    const Eigen::Vector3i& size = volume.grid.size;
+    std::printf("%s: %d x %d x %d voxels, %d^2 pixels, %d threads, %d random poses (%.0f deg); %s, %s\n\n",
+                arguments.volume.c_str(), size.x(), size.y(), size.z(), arguments.pixels, info.threads, arguments.poses,
+                arguments.spread_deg, info.device.c_str(), info.instruction_set.c_str());
+    print_table(timings);
+    // A fast wrong answer is not a result.
+    return std::all_of(timings.begin() + 1, timings.end(), same_images) ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace raylign::bench
+
+int main(int argc, char** argv) {
+    const auto number = [&](int i, double fallback) { return argc > i ? std::atof(argv[i]) : fallback; };
+    try {
+        return raylign::bench::run({argc > 1 ? argv[1] : "256", static_cast<int>(number(2, 256)),
+                                    static_cast<int>(number(3, 2)), static_cast<int>(number(4, 21)), number(5, 180)});
+    } catch (const raylign::Error& error) {
+        std::fprintf(stderr, "raylign_peers: %s\n", error.what());
+        return error.kind() == raylign::ErrorKind::unavailable ? 3 : 2;
+    }
+}
