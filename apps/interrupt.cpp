@@ -20,7 +20,9 @@ extern "C" void note_interrupt(int) { stop_asked.store(true, std::memory_order_r
 void catch_interrupts() {
     struct sigaction action {};
     action.sa_handler = note_interrupt;
-    action.sa_flags = SA_RESTART;  // a read or write in progress is finished, not failed
+    // A read or write in progress is finished, not failed. A second signal has its usual effect: the way out should a
+    // step take too long.
+    action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);

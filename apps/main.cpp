@@ -51,7 +51,9 @@ int main(int argc, char** argv) {
         raylign::apps::add_phantom_command(app, job);
         raylign::apps::add_info_command(app, job);
         app.parse(argc, argv);
-        return job({raylign::apps::quote_for_shell({argv, argv + argc})});
+        const int code = job({raylign::apps::quote_for_shell({argv, argv + argc})});
+        if (!std::cout.flush()) throw raylign::Error("cannot write to standard output: is the disk full?");
+        return code;
     } catch (const CLI::Success& help_or_version) {
         return app.exit(help_or_version);
     } catch (const CLI::ParseError& error) {

@@ -96,6 +96,7 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
     BackendChoice choice = choose_backend(options.engine);
     const RegisterInputs inputs = read_register_inputs(options);
     registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;
+    registration.cancelled = interrupted;
     const std::vector<std::string> names = output_file_names(inputs.views);
     refuse_to_overwrite(inputs.files, options.output, names);
     OutputFolder folder(options.output);  // before the work: an unwritable folder should not cost a run

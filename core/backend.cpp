@@ -64,6 +64,11 @@ void check_scene(const Scene& scene) {
     if (!(scene.render.step_mm >= 0 && scene.render.step_mm <= 100)) {
         throw bad_value("step_mm", std::to_string(scene.render.step_mm), "in (0, 100], or 0 for half a voxel");
     }
+    const double finest_mm = scene.volume.grid.spacing_mm.minCoeff() / 100;
+    if (scene.render.step_mm > 0 && scene.render.step_mm < finest_mm) {
+        throw bad_value("step_mm", std::to_string(scene.render.step_mm),
+                        "at least a hundredth of a voxel, " + std::to_string(finest_mm) + " (finer gains nothing)");
+    }
 }
 
 Session::Session(const Scene& scene)

@@ -5,8 +5,8 @@
 namespace raylign::cpu {
 namespace {
 
-/// Filter and sums of one band of rows of a DRR and its six derivative images: what a Gauss-Newton step needs (JacobianSums).
-/// The filter is linear, so it applies to each derivative image as to the DRR itself.
+/// Filter and sums of one band of rows of a DRR and its six derivative images: what a Gauss-Newton step needs
+/// (JacobianSums). The filter is linear, so it applies to each derivative image as to the DRR itself.
 template <class Arch>
 struct BandDerivatives {
     using Floats = typename Lanes<Arch>::Floats;
@@ -57,8 +57,8 @@ private:
         }
     }
 
-    /// Products of a row summed in float, rows in double: 16 lanes share a row of some hundred pixels, so that a lane adds a few
-    /// dozen floats, to 1e-6 of the sum at worst.
+    /// Products of a row summed in float, rows in double: 16 lanes share a row of some hundred pixels, so that a lane
+    /// adds a few dozen floats, to 1e-6 of the sum at worst.
     static void add_row(const BandJob& job, const float* const* images, const float* fixed, const float* weights,
                         BandDerivativeSums& sums) {
         add(sums.moving, job, weights, images[0], nullptr);

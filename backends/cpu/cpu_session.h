@@ -70,8 +70,8 @@ private:
     std::vector<ViewPlan> views_;
     std::unique_ptr<VolumeLayout> layouts_[3];
     std::vector<Slot> slots_;
-    std::vector<float> images_;                 ///< of the frames in work, where several threads share one
-    std::vector<BandSums> partials_;            ///< [frame][band][channel]
+    std::vector<float> images_;       ///< of the frames in work, where several threads share one
+    std::vector<BandSums> partials_;  ///< [frame][band][channel]
     std::vector<BandDerivativeSums> derivative_partials_;
     std::size_t image_floats_ = 0, bands_ = 0;  ///< the most that a view has
     std::ptrdiff_t widest_ = 0;                 ///< stride of a view's rows

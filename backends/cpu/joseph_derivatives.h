@@ -14,8 +14,12 @@ struct Cell {
         const Floats v0 = xsimd::fma(fc, v01 - v00, v00), v1 = xsimd::fma(fc, v11 - v10, v10);
         return xsimd::fma(fr, v1 - v0, v0);
     }
-    [[nodiscard]] Floats row_slope(const Floats& fc) const { return xsimd::fma(fc, v11 - v10, v10) - xsimd::fma(fc, v01 - v00, v00); }
-    [[nodiscard]] Floats column_slope(const Floats& fr) const { return xsimd::fma(fr, (v11 - v10) - (v01 - v00), v01 - v00); }
+    [[nodiscard]] Floats row_slope(const Floats& fc) const {
+        return xsimd::fma(fc, v11 - v10, v10) - xsimd::fma(fc, v01 - v00, v00);
+    }
+    [[nodiscard]] Floats column_slope(const Floats& fr) const {
+        return xsimd::fma(fr, (v11 - v10) - (v01 - v00), v01 - v00);
+    }
 
     /// Zero where `mask` is false.
     template <class Mask>
@@ -43,7 +47,9 @@ struct SlopeSums {
     /// Adds to the packet, whose moments count from the source: `distance` planes before the slab's first.
     template <class Packet>
     void store(Packet& packet, const Floats& distance) const {
-        const auto add_to = [](float* sum, const Floats& value) { (Floats::load_aligned(sum) + value).store_aligned(sum); };
+        const auto add_to = [](float* sum, const Floats& value) {
+            (Floats::load_aligned(sum) + value).store_aligned(sum);
+        };
         add_to(packet.row_gradient, row);
         add_to(packet.column_gradient, column);
         add_to(packet.row_moment, xsimd::fma(distance, row, row_moment));
@@ -60,7 +66,8 @@ void clear_slopes(Packet& packet) {
 
 /// dI / dp for the six parameters and the rays of a packet. With plane distance d from the source, a sample's row is
 /// s_r + d m_r, m_r = ray_r / ray_a (columns alike), and the length per plane L ~ 1 / |ray_a|; so
-///   dI = L sum_k [ f_r (ds_r - m_r ds_a + d dm_r) + f_c (...) ] - I dray_a / ray_a,   dm_r = (dray_r - m_r dray_a) / ray_a.
+///   dI = L sum_k [ f_r (ds_r - m_r ds_a + d dm_r) + f_c (...) ] - I dray_a / ray_a,   dm_r = (dray_r - m_r dray_a) /
+///   ray_a.
 /// Derived from core/CONVENTIONS.md section 5; the loops run over lanes so that the compiler makes vectors of them.
 template <class Packet>
 void store_derivatives(const CastJob& job, int axis, const Packet& packet) {

@@ -223,11 +223,13 @@ private:
             const Floats fr = r - xsimd::to_float(ri), fc = c - xsimd::to_float(ci);
             if (packet.limited) {
                 const Floats k(static_cast<float>(plane));
-                cell.keep(k >= Floats::load_aligned(packet.first_plane) && k <= Floats::load_aligned(packet.last_plane));
+                cell.keep(k >= Floats::load_aligned(packet.first_plane) &&
+                          k <= Floats::load_aligned(packet.last_plane));
             }
             sum += cell.value(fr, fc);
             if constexpr (order == Order::derivatives) {
-                // At the lower border of the support the value is 0 either way, but a slope would come from the voxels inside.
+                // At the lower border of the support the value is 0 either way, but a slope would come from the voxels
+                // inside.
                 slopes.add(xsimd::select(raw_r < zero, zero, cell.row_slope(fc)),
                            xsimd::select(raw_c < zero, zero, cell.column_slope(fr)), step);
             }

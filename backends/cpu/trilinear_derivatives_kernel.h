@@ -6,15 +6,16 @@
 namespace raylign::cpu {
 namespace {
 
-/// Sums over a packet's samples of the field's slopes along x, y, z, and of the same times (k + 1/2), k the sample's number.
+/// Sums over a packet's samples of the field's slopes along x, y, z, and of the same times (k + 1/2), k the sample's
+/// number.
 template <class Arch>
 struct alignas(64) TrilinearSlopes {
     static constexpr int count = Lanes<Arch>::count;
     float gradient[3][count], moment[3][count];
 };
 
-/// The midpoint rule with its pose derivatives. A sample's distance from the source is fixed, so the sample moves with the ray:
-/// dI = step sum_k grad f . (ds + depth_k dray). See march_trilinear of the reference.
+/// The midpoint rule with its pose derivatives. A sample's distance from the source is fixed, so the sample moves with
+/// the ray: dI = step sum_k grad f . (ds + depth_k dray). See march_trilinear of the reference.
 template <class Arch, class Voxel>
 struct TrilinearDerivatives {
     using Plain = Trilinear<Arch, Voxel>;
@@ -63,7 +64,8 @@ private:
                 }
                 base[axis] = floor_clamped(low[axis] - 1, -1, sizes[axis]);
                 for (int i = 0; i < L::count; ++i) {
-                    start[axis][i] = static_cast<float>(packet.start[axis][i] + first * packet.step[axis][i] - base[axis]);
+                    start[axis][i] =
+                        static_cast<float>(packet.start[axis][i] + first * packet.step[axis][i] - base[axis]);
                     step[axis][i] = static_cast<float>(packet.step[axis][i]);
                 }
             }
@@ -85,7 +87,8 @@ private:
             Floats raw[3], x[3];
             for (int axis = 0; axis < 3; ++axis) {
                 raw[axis] = xsimd::fma(at, Floats::load_aligned(run.step[axis]), Floats::load_aligned(run.start[axis]));
-                x[axis] = xsimd::min(xsimd::max(raw[axis], zero), Floats(static_cast<float>(sizes[axis] - run.base[axis])));
+                x[axis] =
+                    xsimd::min(xsimd::max(raw[axis], zero), Floats(static_cast<float>(sizes[axis] - run.base[axis])));
             }
             Floats value, slope[3];
             interpolate(layout, voxels, x, value, slope);
@@ -98,7 +101,9 @@ private:
             }
         }
         const Floats number(static_cast<float>(first + 0.5));
-        const auto add_to = [](float* total, const Floats& part) { (Floats::load_aligned(total) + part).store_aligned(total); };
+        const auto add_to = [](float* total, const Floats& part) {
+            (Floats::load_aligned(total) + part).store_aligned(total);
+        };
         add_to(packet.sum, sum);
         for (int axis = 0; axis < 3; ++axis) {
             add_to(slopes.gradient[axis], gradient[axis]);
@@ -145,7 +150,8 @@ private:
                 float derivative = 0;
                 for (int axis = 0; axis < 3; ++axis) {
                     const float dray = d.direction[p][axis] + u * d.step_u[p][axis] + v * d.step_v[p][axis];
-                    derivative += slopes.gradient[axis][i] * d.source[p][axis] + depth_per_step * slopes.moment[axis][i] * dray;
+                    derivative +=
+                        slopes.gradient[axis][i] * d.source[p][axis] + depth_per_step * slopes.moment[axis][i] * dray;
                 }
                 job.image[(1 + p) * job.image_distance + y * job.image_stride + x] = scale * derivative;
             }

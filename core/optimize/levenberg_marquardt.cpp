@@ -53,7 +53,7 @@ LevenbergMarquardtResult levenberg_marquardt(const ManifoldProblem& problem, con
     if (!is_finite(result.model)) return end(Termination::non_finite_cost);
 
     double damping = options.initial_damping;
-    while (result.linearizations < options.max_iterations) {
+    while (result.linearizations <= options.max_iterations) {
         const Eigen::VectorXd step = damped_step(result.model, damping, options.max_step);
         const double length = step.norm();
         if (!(length >= options.step_tolerance)) return end(Termination::converged);

@@ -29,7 +29,7 @@ struct LevenbergMarquardtOptions {
     double max_step = 25;           ///< longest step, positive
     double step_tolerance = 1e-3;   ///< converged when a step is shorter, positive
     double initial_damping = 1e-3;  ///< share of the diagonal added to it, positive
-    int max_iterations = 50;        ///< linearizations, in [1, 10000]
+    int max_iterations = 50;        ///< steps tried, in [1, 10000]
 
     /// The first fault in words, or empty.
     [[nodiscard]] std::string problem() const;

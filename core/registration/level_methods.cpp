@@ -28,6 +28,7 @@ LevelOutcome run_steepest_descent(const LevelProblem& problem, const PoseCallbac
         std::vector<RigidTransform> poses;
         poses.reserve(points.size());
         for (const Eigen::VectorXd& x : points) poses.push_back(space.pose(x));
+        problem.before_batch();
         problem.session.evaluate(poses, costs);
     };
     LevelOutcome outcome;
@@ -60,6 +61,7 @@ LevelOutcome run_gauss_newton(const LevelProblem& problem, const PoseCallback& o
             [&](const Eigen::VectorXd& x) {
                 const RigidTransform world_from_ct = pose(x);
                 Linearization at;
+                problem.before_batch();
                 problem.session.linearize({&world_from_ct, 1}, problem.extent.centre_ct_mm, {&at, 1});
                 return LocalModel{at.cost, scale.cwiseProduct(Eigen::VectorXd(at.gradient)),
                                   scale.asDiagonal() * at.curvature * scale.asDiagonal()};

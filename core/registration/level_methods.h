@@ -18,6 +18,7 @@ struct LevelProblem {
     double initial_step_mm;
     double step_tolerance_mm;
     int max_iterations;
+    std::function<void()> before_batch;  ///< called before the engine works; may throw to stop
 };
 
 struct LevelOutcome {

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/image/pyramid.h"
+
 namespace raylign {
 namespace {
 
 constexpr int kSmallestImageSide_px = 32;
+constexpr double kLeastThickness_px = 8;
+constexpr int kFewestPixels = 400;       // 20 x 20: coarser, the mask's border decides
 constexpr int kSmallestVolumeSide = 16;  // halving further leaves blobs that no longer look like the object
 
 /// Size of a pixel projected to the depth of the object's centre [mm].
@@ -28,6 +32,18 @@ GradientFilter narrowed(const GradientFilter& finest, int coarser_by) {
     filter.sigma_px = std::max(std::min(1.0, finest.sigma_px), finest.sigma_px / std::exp2(coarser_by));
     filter.radius_px = std::max(1, static_cast<int>(std::lround(finest.radius_px * filter.sigma_px / finest.sigma_px)));
     return filter;
+}
+
+/// True if on every view the mask, eroded by the filter, leaves enough pixels to compare.
+bool masks_leave_enough(std::span<const View> views, const LevelPlan& plan) {
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        if (views[v].weights.empty()) continue;
+        View mask{views[v].name, views[v].geometry, {}, views[v].weights};
+        for (int i = 0; i < plan.image_halvings[v]; ++i) mask = half_resolution(mask);
+        const Image eroded = erode_weights(mask.weights, plan.filter.radius_px);
+        if (std::ssize(eroded.pixels) - std::ranges::count(eroded.pixels, 0.F) < kFewestPixels) return false;
+    }
+    return true;
 }
 
 }  // namespace
@@ -56,11 +72,13 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
 
     std::vector<LevelPlan> plan{finest};
     while ((smallest_side_px >>= 1) >= kSmallestImageSide_px && (levels == 0 || std::ssize(plan) < levels)) {
+        if (extent.thickness_mm < kLeastThickness_px * 2 * plan.back().pixel_at_object_mm) break;
         LevelPlan next = plan.back();
         for (int& halvings : next.image_halvings) ++halvings;
         next.pixel_at_object_mm *= 2;
         next.volume_halvings = halvings_that_fit(volume.grid, next.pixel_at_object_mm);
         next.filter = narrowed(finest_filter, static_cast<int>(plan.size()));
+        if (!masks_leave_enough(views, next)) break;
         plan.push_back(next);
     }
     std::ranges::reverse(plan);

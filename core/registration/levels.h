@@ -19,8 +19,10 @@ struct LevelPlan {
 };
 
 /// The levels, coarsest first. Each view's finest level is the first whose pixel, projected to the object, is at least
-/// half a voxel wide (finer pixels hold nothing that the CT could explain); each coarser one halves it, down to images
-/// whose smaller side is at least 32 px, or `levels` in number. The volume is halved until its voxel fits the pixel.
+/// half a voxel wide (finer pixels hold nothing that the CT could explain); each coarser one halves it, as long as the
+/// smaller image side has at least 32 px, the object's thinnest direction at least 8 px (a bone that is a speck sends
+/// the search to the wrong place) and every mask leaves at least 400 px, or until there are `levels` of them. The
+/// volume is halved until its voxel fits the pixel.
 [[nodiscard]] std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
                                                  const RigidTransform& world_from_ct, const ObjectExtent& extent,
                                                  const GradientFilter& finest_filter, int levels);

@@ -1,5 +1,6 @@
 #include "core/registration/pose_space.h"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "core/error.h"
@@ -8,7 +9,8 @@ namespace raylign {
 
 ObjectExtent object_extent(const Volume& volume) {
     double mass = 0;
-    Eigen::Vector3d first = Eigen::Vector3d::Zero(), second = Eigen::Vector3d::Zero();
+    Eigen::Vector3d first = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
     const Eigen::Vector3i& n = volume.grid.size;
     for (int z = 0; z < n.z(); ++z) {
         for (int y = 0; y < n.y(); ++y) {
@@ -20,17 +22,25 @@ ObjectExtent object_extent(const Volume& volume) {
                 row_first += value * x;
                 row_second += value * x * x;
             }
+            const Eigen::Vector3d moment(row_first, row_mass * y, row_mass * z);
             mass += row_mass;
-            first += Eigen::Vector3d(row_first, row_mass * y, row_mass * z);
-            second += Eigen::Vector3d(row_second, row_mass * y * y, row_mass * z * z);
+            first += moment;
+            second.row(0) += Eigen::RowVector3d(row_second, row_first * y, row_first * z);
+            second.row(1) += y * moment.transpose();
+            second.row(2) += z * moment.transpose();
         }
     }
     if (!(mass > 0)) throw Error("the volume is empty: no voxel attenuates (wrong preset or --attenuation missing?)");
     const Eigen::Vector3d centre = first / mass;
-    // Half a voxel of its own keeps the radius of a single voxel positive.
-    const Eigen::Vector3d variance = second / mass - centre.cwiseAbs2() + Eigen::Vector3d::Constant(1.0 / 12);
-    const double mean_square_mm2 = variance.dot(volume.grid.spacing_mm.cwiseAbs2());
-    return {volume.grid.ct_from_voxel(centre), std::sqrt(5.0 / 3 * mean_square_mm2)};
+    // Half a voxel of its own keeps the extent of a single voxel positive.
+    const Eigen::Matrix3d variance =
+        second / mass - centre * centre.transpose() + Eigen::Matrix3d(Eigen::Vector3d::Constant(1.0 / 12).asDiagonal());
+    const Eigen::Matrix3d variance_mm2 =
+        volume.grid.spacing_mm.asDiagonal() * variance * volume.grid.spacing_mm.asDiagonal();
+    const double thinnest_mm2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(variance_mm2).eigenvalues()[0];
+    return {.centre_ct_mm = volume.grid.ct_from_voxel(centre),
+            .thickness_mm = std::sqrt(12 * thinnest_mm2),
+            .radius_mm = std::sqrt(5.0 / 3 * variance_mm2.trace())};
 }
 
 PoseSpace make_pose_space(const RigidTransform& base_world_from_ct, const ObjectExtent& extent) {

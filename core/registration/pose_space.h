@@ -10,7 +10,8 @@ namespace raylign {
 /// Centre and size of what attenuates in a volume.
 struct ObjectExtent {
     Eigen::Vector3d centre_ct_mm = Eigen::Vector3d::Zero();  ///< centroid of the attenuation
-    double radius_mm = 1;  ///< of the uniform ball with the same mean squared distance: sqrt(5/3) rms
+    double thickness_mm = 1;  ///< of the uniform slab with the variance of the thinnest direction: sqrt(12) rms
+    double radius_mm = 1;     ///< of the uniform ball with the same mean squared distance: sqrt(5/3) rms
 };
 /// Throws Error where no voxel attenuates.
 [[nodiscard]] ObjectExtent object_extent(const Volume& volume);

@@ -1,9 +1,11 @@
 #include "core/registration/registration.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/image/pyramid.h"
@@ -21,8 +23,10 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 constexpr double kInitialStep_px = 2;         // on the coarsest level; finer ones start where the coarser one ended
 constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that engines must agree on
 constexpr double kToleranceCoarse_px = 2e-2;  // the next level corrects the rest
-constexpr double kUnrelatedCost = 0.9;        // a mean correlation below 0.1 is what unrelated images reach
-constexpr int kTypicalIterations = 15;        // per level: scales the progress estimate only
+constexpr double kWeakCost = 0.5;        // a mean correlation below one half: the DRR explains too little to be sure
+constexpr double kTestedShift_mm = 60;   // how far starts have been tested (bench/README.md)
+constexpr double kTestedTurn_rad = 0.8;  // 45 degrees
+constexpr int kTypicalIterations = 15;   // per level: scales the progress estimate only
 
 double engine_seconds(const SessionTiming& t) {
     return t.prepare_s + t.drr_s + t.gradient_s + t.reduction_s + t.transfer_s;
@@ -74,7 +78,11 @@ public:
           backend_(backend),
           progress_(progress),
           extent_(object_extent(volume)) {
-        if (options.rotation_centre_ct_mm) extent_.centre_ct_mm = *options.rotation_centre_ct_mm;
+        if (!options.rotation_centre_ct_mm) return;
+        // About another centre the rim is farther away: the mean squared distance grows by that of the centres.
+        const double apart_mm = (*options.rotation_centre_ct_mm - extent_.centre_ct_mm).norm();
+        extent_.radius_mm = std::sqrt(extent_.radius_mm * extent_.radius_mm + 5.0 / 3 * apart_mm * apart_mm);
+        extent_.centre_ct_mm = *options.rotation_centre_ct_mm;
     }
 
     RegistrationResult run(const RigidTransform& start) {
@@ -95,7 +103,7 @@ public:
         }
         result_.total_s = seconds_since(begin_);
         result_.optimizer_s = std::max(0.0, result_.total_s - engine_seconds(result_.timing));
-        judge();
+        judge(start);
         return result_;
     }
 
@@ -123,7 +131,7 @@ private:
 
         LevelReport report = describe(plan, scene, *session);
         result_.levels.push_back(report);
-        session->evaluate({&result_.world_from_ct, 1}, {&report.cost_initial, 1});
+        report.restarted = take_the_better_start(*session, start, report.cost_initial);
         const LevelOutcome found = optimize(plan, finest, initial_step_mm, *session);
         if (found.termination == Termination::stopped) throw Error("stopped by the caller", ErrorKind::cancelled);
 
@@ -142,6 +150,18 @@ private:
         result_.counters.bytes_to_host += session->counters().bytes_to_host;
         add(result_.timing, session->timing());
         return std::clamp(found.last_step_mm, plan.pixel_at_object_mm / 8, kInitialStep_px * plan.pixel_at_object_mm);
+    }
+
+    /// Sets the pose to begin a level with: the coarser level's result, unless the start costs less here (a coarse
+    /// level may have gone astray). True if it is the start.
+    bool take_the_better_start(Session& session, const RigidTransform& start, double& cost) {
+        const std::array poses{result_.world_from_ct, start};
+        std::array<double, 2> costs{};
+        session.evaluate(poses, costs);
+        const bool restart = result_.levels.size() > 1 && costs[1] < costs[0];
+        if (restart) result_.world_from_ct = start;
+        cost = costs[restart ? 1 : 0];
+        return restart;
     }
 
     /// Costs of the result on the finest level, per view.
@@ -163,7 +183,11 @@ private:
             .pixel_at_object_mm = plan.pixel_at_object_mm,
             .initial_step_mm = initial_step_mm,
             .step_tolerance_mm = (finest ? kToleranceFinest_px : kToleranceCoarse_px) * plan.pixel_at_object_mm,
-            .max_iterations = options_.max_iterations_per_level};
+            .max_iterations = options_.max_iterations_per_level,
+            .before_batch = [&] {
+                if (options_.cancelled && options_.cancelled())
+                    throw Error("stopped by the caller", ErrorKind::cancelled);
+            }};
         const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) {
             return record(step, pose, plan);
         };
@@ -207,17 +231,26 @@ private:
         }
     }
 
-    void judge() {
+    void judge(const RigidTransform& start) {
         const LevelReport& last = result_.levels.back();
         std::vector<std::string>& reasons = result_.reasons;
         if (last.termination != Termination::converged) {
-            reasons.push_back("the finest level ended by " + std::string(termination_name(last.termination)) +
-                              " after " + std::to_string(last.iterations) + " iterations");
+            reasons.push_back("level " + std::to_string(result_.levels.size()) + " ended by " +
+                              std::string(termination_name(last.termination)) + " after " +
+                              std::to_string(last.iterations) + " iterations");
         }
         for (std::size_t v = 0; v < result_.view_costs.size(); ++v) {
-            if (result_.view_costs[v] < kUnrelatedCost) continue;
-            reasons.push_back("view " + views_[v].name + " hardly correlates with its DRR (cost " +
+            if (result_.view_costs[v] < kWeakCost) continue;
+            reasons.push_back("view " + views_[v].name + " correlates weakly with its DRR (cost " +
                               std::to_string(result_.view_costs[v]) + ", unrelated images have about 1)");
+        }
+        const RigidTransform moved = result_.world_from_ct * inverse(start);
+        const Eigen::Vector3d centre_mm = start * extent_.centre_ct_mm;
+        const double shift_mm = (moved * centre_mm - centre_mm).norm();
+        if (shift_mm > kTestedShift_mm || rotation_angle_rad(moved) > kTestedTurn_rad) {
+            reasons.push_back("the result is far from the start (" + std::to_string(shift_mm) + " mm, " +
+                              std::to_string(rotation_angle_rad(moved) * 180 / std::numbers::pi) +
+                              " deg): beyond the range in which the method has been tested");
         }
         if (!(result_.cost_final <= result_.cost_initial)) {
             reasons.push_back("the result's cost is not below the start's");

@@ -26,8 +26,10 @@ struct RegistrationOptions {
     RenderSettings render;
     int levels = 0;  ///< resolutions, each half the next; 0 = until images are about 32 px; in [0, 8]
     int max_iterations_per_level = 100;  ///< in [1, 10000]
-    /// Rotation centre and the scale of rotations. Default: centre and radius of the object (attenuating voxels).
+    /// Default: the object's centre (centroid of the attenuation).
     std::optional<Eigen::Vector3d> rotation_centre_ct_mm;
+    /// Asked before every batch of evaluations; true stops the run: the driver then throws Error(kind cancelled).
+    std::function<bool()> cancelled;
 };
 
 /// One accepted step of the optimizer.
@@ -47,6 +49,7 @@ struct LevelReport {
     double cost_initial = 0, cost_final = 0;
     int iterations = 0;
     std::uint64_t evaluations = 0, linearizations = 0;
+    bool restarted = false;        ///< the start's cost was lower than that of the coarser level's result
     std::size_t volume_bytes = 0;  ///< the engine's own copy
     double time_s = 0;
     Termination termination = Termination::converged;

@@ -55,8 +55,8 @@ protected:
     }
 };
 
-/// Gradient and curvature against the reference, relative to their size: 1e-4, since derivative images are differences of
-/// neighbouring voxels, whose float errors weigh more than in the image.
+/// Gradient and curvature against the reference, relative to their size: 1e-4, since derivative images are differences
+/// of neighbouring voxels, whose float errors weigh more than in the image.
 void expect_equal_linearizations(const NamedScene& named, Projector projector, const Similarity& similarity,
                                  const std::string& instruction_set) {
     const Scene scene = named.scene(projector, similarity);

@@ -42,6 +42,25 @@ TEST(Levels, PixelsFinerThanHalfAVoxelAreNotUsed) {
     EXPECT_EQ(levels.back().volume_halvings, 0);
 }
 
+TEST(Levels, CoarseningStopsBeforeTheObjectIsASpeck) {
+    Volume rod = cube(64, 1);  // 6 mm thick along x and y, 64 mm long
+    for (std::size_t i = 0; i < rod.attenuation_per_mm.size(); ++i) {
+        const std::size_t x = i % 64, y = i / 64 % 64;
+        if (x < 29 || x > 34 || y < 29 || y > 34) rod.attenuation_per_mm[i] = 0;
+    }
+    EXPECT_EQ(plan(rod, test::biplane_views(256, 128)).size(), 1u);  // 12 px wide at 0.5 mm, 6 at 1 mm
+}
+
+TEST(Levels, CoarseningStopsWhereAMaskLeavesTooFewPixels) {
+    auto views = test::biplane_views(256, 256);
+    views[1].weights = Image(256, 256, 0);
+    for (int y = 100; y < 164; ++y) {
+        for (int x = 100; x < 164; ++x) views[1].weights(x, y) = 1;
+    }
+    // 64 px wide less 2 x 9: 46^2 px; then 32 less 2 x 5 (rounded): 22^2; then 16 less 2 x 3: too few.
+    EXPECT_EQ(plan(cube(128, 1), views).size(), 2u);
+}
+
 TEST(Levels, ASmallImageOrARequestGivesOneLevel) {
     EXPECT_EQ(plan(cube(64, 1), test::biplane_views(40)).size(), 1u);
     EXPECT_EQ(plan(cube(64, 1), test::biplane_views(256), 1).size(), 1u);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/error.h"
 #include "tests/support/scenes.h"
 
@@ -12,7 +14,8 @@ TEST(ObjectExtent, OfAUniformBallIsItsCentreAndRadius) {
     const Phantom ball{"ball", {Ellipsoid{RigidTransform::translate({5, -7, 11}), {20, 20, 20}, 0.02}}};
     const ObjectExtent extent = object_extent(voxelise(ball, centred_grid({48, 48, 40}, {1.5, 1.5, 2})));
     EXPECT_LT((extent.centre_ct_mm - Eigen::Vector3d(5, -7, 11)).norm(), 0.05);
-    EXPECT_NEAR(extent.radius_mm, 20, 0.2);  // voxels blur the rim by a part of their size
+    EXPECT_NEAR(extent.thickness_mm, 20 * std::sqrt(12.0 / 5), 0.3);  // variance r^2 / 5 per axis
+    EXPECT_NEAR(extent.radius_mm, 20, 0.2);                           // voxels blur the rim by a part of their size
 }
 
 TEST(ObjectExtent, OfAnEmptyVolumeIsAnError) {
@@ -21,12 +24,12 @@ TEST(ObjectExtent, OfAnEmptyVolumeIsAnError) {
 }
 
 TEST(PoseSpace, ZeroIsTheBasePose) {
-    const PoseSpace space = make_pose_space(test::oblique_pose(), {{10, 20, 30}, 50});
+    const PoseSpace space = make_pose_space(test::oblique_pose(), {.centre_ct_mm = {10, 20, 30}, .radius_mm = 50});
     EXPECT_TRUE(to_matrix(space.pose(Eigen::VectorXd::Zero(6))).isApprox(to_matrix(test::oblique_pose()), 1e-14));
 }
 
 TEST(PoseSpace, OneUnitMovesTheRimByOneMillimetre) {
-    const ObjectExtent extent{{10, 20, 30}, 50};
+    const ObjectExtent extent{.centre_ct_mm = {10, 20, 30}, .radius_mm = 50};
     const PoseSpace space = make_pose_space(test::oblique_pose(), extent);
     for (int i = 0; i < 6; ++i) {
         const RigidTransform moved = space.pose(0.01 * Eigen::VectorXd::Unit(6, i));
@@ -42,7 +45,7 @@ TEST(PoseSpace, OneUnitMovesTheRimByOneMillimetre) {
 }
 
 TEST(PoseSpace, RotationsLeaveTheCentreInPlace) {
-    const ObjectExtent extent{{10, 20, 30}, 50};
+    const ObjectExtent extent{.centre_ct_mm = {10, 20, 30}, .radius_mm = 50};
     const PoseSpace space = make_pose_space(test::oblique_pose(), extent);
     const Eigen::VectorXd turn = (Eigen::VectorXd(6) << 30, -20, 10, 0, 0, 0).finished();
     EXPECT_LT((space.pose(turn) * extent.centre_ct_mm - test::oblique_pose() * extent.centre_ct_mm).norm(), 1e-12);

@@ -6,6 +6,7 @@
 
 #include "backends/registry.h"
 #include "core/error.h"
+#include "core/evaluation/random.h"
 #include "core/evaluation/targets.h"
 #include "tests/support/scenes.h"
 
@@ -111,6 +112,42 @@ TEST(Registration, TooFewIterationsAreDoubtfulWithAReason) {
     EXPECT_FALSE(result.ok);
     ASSERT_FALSE(result.reasons.empty());
     EXPECT_NE(result.reasons.front().find("max-iterations"), std::string::npos);
+}
+
+TEST(Registration, StopsBeforeTheNextBatchWhenCancelled) {
+    SmallCase c;
+    int asked = 0;
+    RegistrationOptions options;
+    options.cancelled = [&] { return ++asked == 3; };
+    try {
+        (void)c.run(perturbed_start(c.truth, c.targets, 8, 4), options);
+        FAIL() << "must throw";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::cancelled);
+    }
+    EXPECT_EQ(asked, 3);
+}
+
+TEST(Registration, AFarResultIsDoubtful) {
+    SmallCase c;
+    // 50 degrees off about the long axis of the spine: wherever this ends, it is no result to trust.
+    Twist turn = Twist::Zero();
+    turn[2] = 0.9;
+    const RegistrationResult result = c.run(exp(turn) * c.truth);
+    const double end_mm = c.mtre_mm(result.world_from_ct);
+    EXPECT_TRUE(!result.ok || end_mm < 2.5) << "a confident wrong pose, " << end_mm << " mm away";
+}
+
+TEST(Registration, UnrelatedImagesAreDoubtful) {
+    SmallCase c;
+    Random random(5);
+    for (View& view : c.views) {
+        for (float& pixel : view.image.pixels) pixel = static_cast<float>(random.uniform());
+    }
+    const RegistrationResult result = c.run(c.truth);
+    EXPECT_FALSE(result.ok);
+    ASSERT_FALSE(result.reasons.empty());
+    EXPECT_NE(result.reasons.front().find("correlates weakly"), std::string::npos) << result.reasons.front();
 }
 
 TEST(Registration, AStartThatMissesTheDetectorIsAnErrorNamingTheView) {
