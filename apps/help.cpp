@@ -77,6 +77,9 @@ void add_engine_flags(CLI::App& command, EngineFlags& flags) {
              kBackendGroup);
     describe(command.add_option("--threads", flags.threads, "Threads of the cpu backend; default 0: all cores"), "N",
              kBackendGroup);
+    describe(command.add_option("--storage", flags.storage,
+                                "Voxels of the cpu backend: float32, or int16 for half the memory; default float32"),
+             "NAME", kBackendGroup);
     describe(command.add_option("--projector", flags.projector, "joseph or trilinear; default joseph"), "NAME",
              kBackendGroup);
     describe(command.add_option("--step", flags.step_mm, "Step of the trilinear projector; default 0: half a voxel"),

@@ -22,6 +22,9 @@ void settle_engine(const EngineFlags& flags) {
     if (flags.backend == "reference" && flags.threads > 1) {
         throw bad_value("--threads", std::to_string(flags.threads), "1 or left out", "--backend reference");
     }
+    if (flags.storage != "float32" && flags.storage != "int16") {
+        throw bad_value("--storage", flags.storage, "float32 or int16");
+    }
     if (!flags.device.empty() && (flags.backend == "cpu" || flags.backend == "reference")) {
         throw bad_value("--device", flags.device, "left out: it chooses a GPU", "--backend " + flags.backend);
     }
@@ -65,8 +68,9 @@ RegistrationOptions registration_options(const RegisterOptions& options) {
 }
 
 BackendChoice choose_backend(const EngineFlags& flags) {
-    BackendChoice choice =
-        create_backend(flags.backend, {.threads = flags.threads, .instruction_set = {}, .device = flags.device});
+    BackendChoice choice = create_backend(
+        flags.backend,
+        {.threads = flags.threads, .instruction_set = {}, .device = flags.device, .storage = flags.storage});
     const std::string name = choice.backend->info().name;
     if (!flags.device.empty() && name == "cpu") {
         throw Error("--device " + flags.device + ": no GPU backend can run here, --backend auto came down to " + name,

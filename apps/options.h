@@ -31,7 +31,8 @@ struct VolumeFlags {
 struct EngineFlags {
     std::string backend = "auto";
     std::string device;
-    int threads = 0;  ///< 0 = all cores
+    int threads = 0;                  ///< 0 = all cores
+    std::string storage = "float32";  ///< or "int16", cpu only
     std::string projector = "joseph";
     double step_mm = 0;  ///< 0 = half the smallest voxel side
 };

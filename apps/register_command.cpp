@@ -122,7 +122,7 @@ void add_start_flags(CLI::App& command, RegisterOptions& options) {
     describe(command.add_option("--views", options.views, "views.json: images, cameras, masks")->required(),
              "FILE (required)", kInputGroup);
     describe(command.add_option("--start", options.start,
-                                "world_from_ct to start from: pose.json or ITK .tfm; default:\n"
+                                "world_from_ct to start from: pose.json, or an ITK .tfm (ct_from_world); default:\n"
                                 "CT centre where central rays meet, patient axes as world axes"),
              "FILE", kStartGroup);
     describe(command.add_option("--targets", options.targets,

@@ -38,6 +38,7 @@ Json backend(const RegisterRun& run) {
             {"device", run.backend.device},
             {"threads", run.backend.threads},
             {"instruction_set", run.backend.instruction_set},
+            {"storage", run.options.engine.storage},
             {"passed_over", passed_over}};
 }
 

@@ -1,5 +1,6 @@
 #include "backends/registry.h"
 
+#include <algorithm>
 #include <functional>
 
 #include "backends/reference/reference_backend.h"
@@ -18,6 +19,7 @@ struct Entry {
     std::function<std::unique_ptr<Backend>(const BackendOptions&)>
         create;  ///< throws Error(unavailable) where it cannot run
     std::vector<InstructionSet> instruction_sets = {};
+    std::vector<std::string> storages = {"float32"};
 };
 
 /// Best first.
@@ -26,15 +28,26 @@ std::vector<Entry> entries() {
 #ifdef RAYLIGN_WITH_CPU
     std::vector<InstructionSet> sets;
     for (const InstructionSetStatus& set : cpu_instruction_sets()) sets.push_back({set.name, set.available});
-    list.push_back({"cpu", "multithreaded SIMD ray casting (TBB + xsimd)", true,
+    list.push_back({"cpu",
+                    "multithreaded SIMD ray casting (TBB + xsimd)",
+                    true,
                     [](const BackendOptions& options) {
-                        return make_cpu_backend({options.threads, options.instruction_set});
+                        return make_cpu_backend({options.threads, options.instruction_set, options.storage});
                     },
-                    sets});
+                    sets,
+                    {"float32", "int16"}});
 #endif
     list.push_back({"reference", "scalar, double, one thread: the oracle", false,
                     [](const BackendOptions&) { return make_reference_backend(); }});
     return list;
+}
+
+/// Why the backend cannot keep voxels as asked; empty if it can.
+std::string storage_problem(const Entry& entry, const std::string& storage) {
+    if (std::ranges::find(entry.storages, storage) != entry.storages.end()) return {};
+    std::string allowed;
+    for (const std::string& name : entry.storages) allowed += (allowed.empty() ? "" : " or ") + name;
+    return bad_value("storage", storage, allowed, "the options of backend " + entry.name).what();
 }
 
 }  // namespace
@@ -68,9 +81,14 @@ BackendChoice create_backend(std::string_view name, const BackendOptions& option
     std::string valid = "auto";
     for (const Entry& entry : entries()) {
         valid += ", " + entry.name;
-        if (name == entry.name) return {entry.create(options), {}};
+        const std::string problem = storage_problem(entry, options.storage);
+        if (name == entry.name) {
+            if (!problem.empty()) throw Error(problem);
+            return {entry.create(options), {}};
+        }
         if (name != "auto" || !entry.automatic) continue;
         try {
+            if (!problem.empty()) throw Error(problem, ErrorKind::unavailable);
             choice.backend = entry.create(options);
             return choice;
         } catch (const Error& error) {
@@ -78,7 +96,11 @@ BackendChoice create_backend(std::string_view name, const BackendOptions& option
             choice.passed_over.push_back({entry.name, entry.summary, false, error.what()});
         }
     }
-    if (name == "auto") throw Error("no backend can run here; see `raylign info`", ErrorKind::unavailable);
+    if (name == "auto") {
+        std::string reasons;
+        for (const BackendStatus& other : choice.passed_over) reasons += "; " + other.name + ": " + other.reason;
+        throw Error("no backend can run here, see `raylign info`" + reasons, ErrorKind::unavailable);
+    }
     throw bad_value("backend", name, "one of " + valid);
 }
 

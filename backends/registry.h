@@ -14,6 +14,8 @@ struct BackendOptions {
     int threads = 0;              ///< cpu: worker threads, 0 = all cores of this process; in [0, 1024]
     std::string instruction_set;  ///< cpu: "" = best that the processor has; else sse2 (or neon), avx2, avx512
     std::string device;           ///< gl: index or part of the renderer's name
+    /// Voxels of the engine's own copy: "float32", or with cpu "int16", half the memory (error: see CpuOptions).
+    std::string storage = "float32";
 };
 
 /// Instruction set that a backend of this build has kernels for, and whether this processor has it.
@@ -42,7 +44,8 @@ struct BackendChoice {
 };
 
 /// The named backend, or with "auto" the best that runs here ("reference" is only taken by name).
-/// Throws Error for an unknown name (listing the valid ones) and, kind unavailable, for one that cannot run here.
+/// Throws Error for an unknown name or a storage that the named one lacks (listing the valid ones) and, kind
+/// unavailable, for one that cannot run here.
 [[nodiscard]] BackendChoice create_backend(std::string_view name, const BackendOptions& options = {});
 
 }  // namespace raylign

@@ -1,17 +1,24 @@
 // How much faster is the cpu engine than other DRR programs? Same volume, same rays, same number of threads, random
-// poses, all programs in turn on each pose, images compared on each pose. Usage: raylign_peers [volume=256]
-// [pixels=256] [threads=2] [poses=21] [spread_deg=180] volume: 256 (spine phantom, 256^3), 512 (512 x 512 x 256) or a
-// CT file; spread_deg: 180 = all orientations alike, less = turned up to that from the frontal view.
+// poses, all programs in turn on each pose, images compared on each pose.
+//
+// Usage: raylign_peers [volume=256] [pixels=256] [threads=2] [poses=21] [spread_deg=180] [rounds=3]
+//
+// volume: 256 (spine phantom, 256^3), 512 (512 x 512 x 256) or a CT file.
+//
+// spread_deg: 180 = all orientations alike; less = turned by up to that from the frontal view.
 
 #include <unistd.h>
-#include <Eigen/Geometry>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <iterator>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -26,17 +33,22 @@
 namespace raylign::bench {
 namespace {
 
-constexpr int kOwnRepeats = 3;  // per pose; the first follows another program and finds cold caches, see Timing
+constexpr int kOwnRepeats = 3;  // per pose and round; the first follows another program and finds cold caches
 // Limits for "the same image": the volume models differ (trilinear field, constant voxels, bilinear planes), and with
 // them every silhouette by up to a pixel or two, but no image as a whole.
 constexpr double kLeastCorrelation = 0.999;
 constexpr double kLargestMeanDifference = 5e-3;  // of the maximum
 
-/// Seconds per pose; `first` also where a program is measured once per pose.
+/// Per pose. Seconds: the least over the rounds, as another process can only add to it.
 struct Timing {
     std::string name;
-    std::vector<double> seconds, first_s, ratio, correlation, mean_difference, max_difference;
+    std::vector<double> seconds, cold_s, correlation, mean_difference, max_difference;
 };
+
+Timing make_timing(const std::string& name, std::size_t poses) {
+    const std::vector<double> never(poses, std::numeric_limits<double>::infinity());
+    return {.name = name, .seconds = never, .cold_s = never};
+}
 
 double median(std::vector<double> values) {
     std::ranges::sort(values);
@@ -84,6 +96,13 @@ RigidTransform random_pose(Random& random, double spread_deg) {
     return pose;
 }
 
+std::vector<RigidTransform> random_poses(int count, double spread_deg) {
+    Random random(7);
+    std::vector<RigidTransform> poses;
+    for (int i = 0; i < count; ++i) poses.push_back(random_pose(random, spread_deg));
+    return poses;
+}
+
 void compare(const Image& image, const Image& own, Timing& timing) {
     if (image.width != own.width || image.height != own.height) throw Error(timing.name + ": image of another size");
     double a = 0, b = 0, aa = 0, bb = 0, ab = 0, sum = 0, largest = 0, maximum = 0;
@@ -100,7 +119,7 @@ void compare(const Image& image, const Image& own, Timing& timing) {
     timing.max_difference.push_back(largest / maximum);
 }
 
-Image render_own(Session& session, const RigidTransform& pose, Timing& timing) {
+Image render_own(Session& session, const RigidTransform& pose, std::size_t index, Timing& timing) {
     Image image;
     std::vector<double> seconds;
     for (int i = 0; i < kOwnRepeats; ++i) {
@@ -108,9 +127,23 @@ Image render_own(Session& session, const RigidTransform& pose, Timing& timing) {
         image = session.render(pose, 0);
         seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
-    timing.first_s.push_back(seconds.front());
-    timing.seconds.push_back(median(seconds));
+    timing.cold_s[index] = std::min(timing.cold_s[index], seconds.front());
+    timing.seconds[index] = std::min(timing.seconds[index], median(seconds));
     return image;
+}
+
+/// All programs in turn on each pose. timings: raylign's, then one per peer.
+void measure_round(Session& session, const ViewGeometry& view, const std::vector<Peer>& peers,
+                   const std::vector<RigidTransform>& poses, std::vector<Timing>& timings) {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        const Image own = render_own(session, poses[i], i, timings[0]);
+        for (std::size_t p = 0; p < peers.size(); ++p) {
+            const TimedImage other = peers[p].render(view, poses[i]);
+            Timing& timing = timings[p + 1];
+            timing.seconds[i] = std::min(timing.seconds[i], other.seconds);
+            compare(other.image, own, timing);
+        }
+    }
 }
 
 bool same_images(const Timing& t) {
@@ -118,32 +151,41 @@ bool same_images(const Timing& t) {
            std::ranges::max(t.mean_difference) < kLargestMeanDifference;
 }
 
+std::vector<double> ratios(const std::vector<double>& slow, const std::vector<double>& fast) {
+    std::vector<double> ratio;
+    std::ranges::transform(slow, fast, std::back_inserter(ratio), std::divides());
+    return ratio;
+}
+
 void print_table(const std::vector<Timing>& timings) {
     std::printf(
-        "| program | median ms | min | max | raylign is faster, median (range) | cold | corr. >= | mean diff. <= | "
-        "max diff. |\n|---|---|---|---|---|---|---|---|---|\n");
+        "| program | ms, median | least | most | raylign is faster, median (range) | its first render | correlation | "
+        "mean difference | largest difference |\n|---|---|---|---|---|---|---|---|---|\n");
     const Timing& own = timings.front();
-    for (const Timing& t : timings) {
-        std::printf("| %s | %.2f | %.2f | %.2f | ", t.name.c_str(), 1e3 * median(t.seconds),
-                    1e3 * std::ranges::min(t.seconds), 1e3 * std::ranges::max(t.seconds));
-        if (&t == &own) {
-            std::printf("(cold: %.2f ms) | | | | |\n", 1e3 * median(t.first_s));
-            continue;
-        }
-        std::vector<double> cold;
-        for (std::size_t i = 0; i < t.seconds.size(); ++i) cold.push_back(t.seconds[i] / own.first_s[i]);
-        std::printf("%.1f x (%.1f-%.1f) | %.1f x | %.5f | %.1e | %.1e |%s\n", median(t.ratio),
-                    std::ranges::min(t.ratio), std::ranges::max(t.ratio), median(cold), std::ranges::min(t.correlation),
-                    std::ranges::max(t.mean_difference), median(t.max_difference),
-                    same_images(t) ? "" : " IMAGES DISAGREE");
+    std::printf("| %s | %.2f | %.2f | %.2f | | (%.2f ms) | | | |\n", own.name.c_str(), 1e3 * median(own.seconds),
+                1e3 * std::ranges::min(own.seconds), 1e3 * std::ranges::max(own.seconds), 1e3 * median(own.cold_s));
+    for (auto t = timings.begin() + 1; t != timings.end(); ++t) {
+        const std::vector<double> ratio = ratios(t->seconds, own.seconds);
+        std::printf("| %s | %.1f | %.1f | %.1f | %.1f x (%.1f-%.1f) | %.1f x | %.6f | %.1e | %.1e |%s\n",
+                    t->name.c_str(), 1e3 * median(t->seconds), 1e3 * std::ranges::min(t->seconds),
+                    1e3 * std::ranges::max(t->seconds), median(ratio), std::ranges::min(ratio), std::ranges::max(ratio),
+                    median(ratios(t->seconds, own.cold_s)), std::ranges::min(t->correlation),
+                    std::ranges::max(t->mean_difference), std::ranges::max(t->max_difference),
+                    same_images(*t) ? "" : " IMAGES DISAGREE");
     }
 }
 
 struct Arguments {
     std::string volume;
-    int pixels, threads, poses;
+    int pixels, threads, poses, rounds;
     double spread_deg;
 };
+
+void print_heading(const Arguments& a, const Eigen::Vector3i& size, const BackendInfo& info) {
+    std::printf("%s: %d x %d x %d voxels, %d^2 pixels, %d threads, %d random poses (%.0f deg), %d rounds; %s, %s\n\n",
+                a.volume.c_str(), size.x(), size.y(), size.z(), a.pixels, info.threads, a.poses, a.spread_deg, a.rounds,
+                info.device.c_str(), info.instruction_set.c_str());
+}
 
 /// The detector sees 1.25 times the volume's longest side at the isocentre.
 View make_view(const Volume& volume, int pixels) {
@@ -152,6 +194,9 @@ View make_view(const Volume& volume, int pixels) {
 }
 
 int run(const Arguments& arguments) {
+    if (arguments.pixels < 1 || arguments.threads < 1 || arguments.poses < 1 || arguments.rounds < 1) {
+        throw Error("pixels, threads, poses and rounds must be positive");
+    }
     const Volume volume = make_volume(arguments.volume);
     const std::vector<View> views = {make_view(volume, arguments.pixels)};
     const TemporaryFolder folder;
@@ -160,27 +205,15 @@ int run(const Arguments& arguments) {
                                      itk_peer(volume, arguments.threads)};
     const auto backend = create_backend("cpu", {.threads = arguments.threads}).backend;
     const auto session = backend->prepare({volume, views, {}, {}});
-    std::vector<Timing> timings = {{.name = "raylign cpu, joseph"}, {.name = peers[0].name}, {.name = peers[1].name}};
-
-    Random random(7);
-    std::vector<RigidTransform> poses;
-    for (int i = 0; i < arguments.poses; ++i) poses.push_back(random_pose(random, arguments.spread_deg));
+    const std::vector<RigidTransform> poses = random_poses(arguments.poses, arguments.spread_deg);
     for (const RigidTransform& pose : poses) (void)session->render(pose, 0);  // makes the layouts that the poses need
-    for (const RigidTransform& pose : poses) {
-        const Image own = render_own(*session, pose, timings[0]);
-        for (std::size_t p = 0; p < peers.size(); ++p) {
-            const TimedImage other = peers[p].render(views[0].geometry, pose);
-            Timing& timing = timings[p + 1];
-            timing.seconds.push_back(other.seconds);
-            timing.ratio.push_back(other.seconds / timings[0].seconds.back());
-            compare(other.image, own, timing);
-        }
+
+    std::vector<Timing> timings = {make_timing("raylign cpu, joseph", poses.size())};
+    for (const Peer& peer : peers) timings.push_back(make_timing(peer.name, poses.size()));
+    for (int round = 0; round < arguments.rounds; ++round) {
+        measure_round(*session, views[0].geometry, peers, poses, timings);
     }
-    const BackendInfo info = backend->info();
-    const Eigen::Vector3i& size = volume.grid.size;
-    std::printf("%s: %d x %d x %d voxels, %d^2 pixels, %d threads, %d random poses (%.0f deg); %s, %s\n\n",
-                arguments.volume.c_str(), size.x(), size.y(), size.z(), arguments.pixels, info.threads, arguments.poses,
-                arguments.spread_deg, info.device.c_str(), info.instruction_set.c_str());
+    print_heading(arguments, volume.grid.size, backend->info());
     print_table(timings);
     // A fast wrong answer is not a result.
     return std::all_of(timings.begin() + 1, timings.end(), same_images) ? 0 : 1;
@@ -192,8 +225,13 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
     const auto number = [&](int i, double fallback) { return argc > i ? std::atof(argv[i]) : fallback; };
     try {
-        return raylign::bench::run({argc > 1 ? argv[1] : "256", static_cast<int>(number(2, 256)),
-                                    static_cast<int>(number(3, 2)), static_cast<int>(number(4, 21)), number(5, 180)});
+        const raylign::bench::Arguments arguments{.volume = argc > 1 ? argv[1] : "256",
+                                                  .pixels = static_cast<int>(number(2, 256)),
+                                                  .threads = static_cast<int>(number(3, 2)),
+                                                  .poses = static_cast<int>(number(4, 21)),
+                                                  .rounds = static_cast<int>(number(6, 3)),
+                                                  .spread_deg = number(5, 180)};
+        return raylign::bench::run(arguments);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_peers: %s\n", error.what());
         return error.kind() == raylign::ErrorKind::unavailable ? 3 : 2;

@@ -68,8 +68,8 @@ struct BandJob {
     const float* smooth;      ///< taps 0..radius (symmetric)
     const float* derivative;  ///< taps 0..radius (antisymmetric)
     const float* fixed[2];
-    const float* weights;  ///< 0 from column width on
-    float* scratch;        ///< see band_scratch_floats
+    const float* weights;             ///< 0 from column width on
+    float* scratch;                   ///< see band_scratch_floats
     std::ptrdiff_t image_distance;    ///< the derivative images lie behind `image` by this
     std::ptrdiff_t scratch_distance;  ///< and each filters in scratch of its own, behind the first by this
 };
@@ -79,7 +79,8 @@ struct BandSums {
     double moving, moving_moving, fixed_moving;
 };
 
-/// The same with derivatives: JacobianSums of core/similarity/linearization.h without what the fixed image alone decides.
+/// The same with derivatives: JacobianSums of core/similarity/linearization.h without what the fixed image alone
+/// decides.
 struct BandDerivativeSums {
     double moving, moving_moving, fixed_moving;
     double jacobian[kParameters], fixed_jacobian[kParameters], moving_jacobian[kParameters];

@@ -9,7 +9,8 @@ namespace {
 
 template <class Arch>
 constexpr KernelTable make_kernel_table(const char* name) {
-    constexpr std::size_t joseph_bytes = sizeof(JosephPacket<Arch>), trilinear_bytes = sizeof(TrilinearPacket<Arch>) + sizeof(TrilinearSlopes<Arch>);
+    constexpr std::size_t joseph_bytes = sizeof(JosephPacket<Arch>),
+                          trilinear_bytes = sizeof(TrilinearPacket<Arch>) + sizeof(TrilinearSlopes<Arch>);
     return {name,
             (joseph_bytes > trilinear_bytes ? joseph_bytes : trilinear_bytes) * Lanes<Arch>::packets_per_tile,
             {&Joseph<Arch, float, Order::value>::cast, &Joseph<Arch, std::int16_t, Order::value>::cast},

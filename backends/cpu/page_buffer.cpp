@@ -3,8 +3,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <cstdlib>
-#include <cstring>
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
 #include <string>
 
 #include "core/error.h"
@@ -14,30 +15,50 @@ namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 
-std::size_t physical_memory() {
-    return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-}
-
 void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #ifdef MADV_HUGEPAGE
     (void)madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: where it is refused, small pages do
 #endif
 }
 
+/// `bytes`, a multiple of kHugePage, at a multiple of kHugePage; null where the system has none.
+void* map_pages(std::size_t bytes) {
+    void* const mapped = mmap(nullptr, bytes + kHugePage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (mapped == MAP_FAILED) return nullptr;
+    char* const begin = static_cast<char*>(mapped);
+    const std::size_t before = (kHugePage - reinterpret_cast<std::uintptr_t>(begin) % kHugePage) % kHugePage;
+    if (before > 0) munmap(begin, before);
+    munmap(begin + before + bytes, kHugePage - before);
+    ask_for_huge_pages(begin + before, bytes);
+    return begin + before;
+}
+
 }  // namespace
 
 PageBuffer::PageBuffer(std::size_t bytes, const char* what) : bytes_(bytes) {
-    const std::size_t padded = (bytes + kHugePage - 1) / kHugePage * kHugePage;
-    // Linux hands out more than it has and kills later: refuse here what can never fit.
-    if (padded <= physical_memory()) data_.reset(std::aligned_alloc(kHugePage, padded));
-    if (!data_) {
-        throw Error("memory: " + std::string(what) + " needs " + std::to_string((bytes >> 20) + 1) +
-                    " MiB, which this machine does not have");
+    // Linux hands out more than it has and kills later: refuse here what cannot fit.
+    if (bytes <= free_memory()) {
+        const std::size_t padded = (bytes + kHugePage - 1) / kHugePage * kHugePage;
+        data_ = {map_pages(padded), Unmap{padded}};
     }
-    ask_for_huge_pages(data_.get(), padded);
-    std::memset(data_.get(), 0, padded);
+    if (!data_) {
+        throw Error("memory: " + std::string(what) + " needs " + std::to_string((bytes >> 20) + 1) + " MiB, and only " +
+                    std::to_string(free_memory() >> 20) + " MiB are free");
+    }
 }
 
-void PageBuffer::Free::operator()(void* memory) const { std::free(memory); }
+void PageBuffer::Unmap::operator()(void* memory) const { munmap(memory, bytes); }
+
+std::size_t free_memory() {
+    auto bytes = static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    std::ifstream machine("/proc/meminfo");
+    for (std::string key, rest; machine >> key; std::getline(machine, rest)) {
+        std::size_t kib = 0;
+        if (key == "MemAvailable:" && machine >> kib) bytes = std::min(bytes, kib << 10);
+    }
+    std::ifstream container("/sys/fs/cgroup/memory.max");  // a number, or "max"
+    if (std::size_t limit = 0; container >> limit) bytes = std::min(bytes, limit);
+    return bytes;
+}
 
 }  // namespace raylign::cpu

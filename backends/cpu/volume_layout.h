@@ -32,10 +32,21 @@ public:
     [[nodiscard]] std::size_t bytes() const { return voxels_.bytes() + occupied_.size() * sizeof(std::int32_t); }
 
 private:
-    template <class To>
+    /// The rows [row0, row1) of the planes [plane0, plane1) of one slab.
+    struct Part {
+        int plane0, plane1, row0, row1;
+    };
+    void set_sizes(const Source& source);
+    template <class To, class From>
     void fill(const Source& source, Workers& workers);
+    template <class To, class From>
+    void copy_part(const Source& source, const Part& part);
     template <class To>
-    void count_blocks(int slab);
+    void find_occupied(const Part& part);
+    void sum_occupied(std::size_t slab);
+    template <class To>
+    [[nodiscard]] To* row(int plane, int row);
+    [[nodiscard]] std::int32_t* occupied(std::size_t slab);
 
     int axis_;
     VoxelStorage storage_;

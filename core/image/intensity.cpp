@@ -69,18 +69,29 @@ Extremes extremes_of(std::vector<float>& values) {
     return e;
 }
 
-Polarity settle_transmission_polarity(const RawXray& raw, const Image& weights, std::vector<float>& values,
+Image framed_field(const RawXray& raw, const Image& weights, const Extremes& e) {
+    if (e.low_share < kLeastAirShare) return {};
+    return field_of_view_weights(raw.image, weights, static_cast<float>(e.low + kDarkShare * (e.high - e.low)));
+}
+
+/// Weights 0 outside the field of view.
+void exclude_outside(const Image& field, XrayConversion& result) {
+    if (result.weights.empty()) result.weights = Image(field.width, field.height, 1);
+    for (std::size_t i = 0; i < field.pixels.size(); ++i) result.weights.pixels[i] *= field.pixels[i];
+    const auto outside = static_cast<double>(std::ranges::count(field.pixels, 0.0F));
+    result.decisions.push_back(text("field of view: the dark border and 2 px within it, ",
+                                    100 * outside / static_cast<double>(field.pixels.size()),
+                                    " % of the pixels, are outside and get weight 0"));
+}
+
+Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, bool has_dark_frame,
                                       std::vector<std::string>& decisions) {
     if (raw.monochrome1) {
         decisions.push_back("polarity: bone dark, as the image is MONOCHROME1 (large values are shown dark)");
         return Polarity::bone_dark;
     }
-    const Extremes e = extremes_of(values);
     const std::string numbers = text(100 * e.low_share, " % of the pixels at the dark end (", e.low, "), ",
                                      100 * e.high_share, " % at the bright end (", e.high, ")");
-    const auto dark_below = static_cast<float>(e.low + kDarkShare * (e.high - e.low));
-    const bool has_dark_frame =
-        e.low_share >= kLeastAirShare && dark_border_frames_field(raw.image, weights, dark_below);
     if (has_dark_frame && e.high_share >= kLeastAirShare) {
         decisions.push_back(
             "polarity: bone dark, as air gathers at the bright end; the dark border is round or "
@@ -151,11 +162,15 @@ void convert_transmission(const RawXray& raw, const IntensitySettings& settings,
                           XrayConversion& result) {
     std::vector<float> values = usable_pixels(raw.image, result.weights);
     Polarity polarity = settings.polarity;
+    const Extremes extremes = extremes_of(values);
+    const Image field = polarity == Polarity::bone_bright ? Image() : framed_field(raw, result.weights, extremes);
     if (polarity == Polarity::automatic) {
-        polarity = settle_transmission_polarity(raw, result.weights, values, result.decisions);
+        polarity = settle_transmission_polarity(raw, extremes, !field.empty(), result.decisions);
     }
+    if (!field.empty()) exclude_outside(field, result);
     make_intensities(result.line_integral, raw, polarity, values, result.decisions);
     values = usable_pixels(result.line_integral, result.weights);
+    if (values.empty()) throw Error("image " + std::string(where) + ": its mask leaves no pixel of the field of view");
     const double i0 = settle_i0(settings, values, where, result.decisions);
     take_log(result.line_integral, i0, raw.integer_pixels ? 0.5 : kFloatFloorShare * i0, result.decisions);
 }

@@ -42,8 +42,8 @@ struct RawXray {
 };
 
 struct XrayConversion {
-    Image line_integral;                 ///< denser = larger
-    Image weights;                       ///< given mask, with non-finite pixels set to 0; empty = all ones
+    Image line_integral;  ///< denser = larger
+    Image weights;        ///< given mask; 0 where not finite or outside a framed field of view; empty = all ones
     std::vector<std::string> decisions;  ///< what was settled automatically and from what, for the report
 };
 

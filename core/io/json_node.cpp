@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <set>
+#include <sstream>
 #include <vector>
 
 #include "core/io/file_format.h"
@@ -67,6 +69,8 @@ void append(std::string& text, const json& value, const std::string& indent) {
     text += value.is_object() ? "}" : "]";
 }
 
+constexpr int kDeepest = 64;  // levels; no file of this project has 10, and printing a value recurses
+
 /// nlohmann's message without its prefix "[json.exception.parse_error.101] ".
 std::string reason(const json::exception& failure) {
     const std::string message = failure.what();
@@ -74,19 +78,42 @@ std::string reason(const json::exception& failure) {
     return prefix == std::string::npos ? message : message.substr(prefix + 2);
 }
 
+/// "line 3, column 14" of the last of the characters read.
+std::string position(const std::string& text, std::size_t read_bytes) {
+    const std::string head = text.substr(0, read_bytes);
+    const std::size_t line_end = head.rfind('\n');
+    return "line " + std::to_string(1 + std::ranges::count(head, '\n')) + ", column " +
+           std::to_string(line_end == std::string::npos ? head.size() : head.size() - line_end - 1);
+}
+
+json parse(std::istringstream& stream, DuplicateKeys& keys, const std::string& name) {
+    const auto bytes_read = [&] {
+        return static_cast<std::size_t>(stream.rdbuf()->pubseekoff(0, std::ios::cur, std::ios::in));
+    };
+    try {
+        return json::parse(stream, [&](int depth, json::parse_event_t event, json& value) {
+            if (depth > kDeepest) {
+                throw Error(name + " is nested deeper than " + std::to_string(kDeepest) + " levels at " +
+                            position(stream.str(), bytes_read()));
+            }
+            return keys(depth, event, value);
+        });
+    } catch (const json::out_of_range& failure) {  // says no position; the character after the number was read, too
+        throw Error(name + " is not valid JSON: " + reason(failure) + " at " +
+                    position(stream.str(), bytes_read() - 1));
+    } catch (const json::exception& failure) {
+        throw Error(name + " is not valid JSON: " + reason(failure));
+    }
+}
+
 }  // namespace
 
 json read_json(const std::filesystem::path& path) {
     check_readable_file(path);
     std::ifstream file(path, std::ios::binary);
+    std::istringstream text(std::string(std::istreambuf_iterator<char>(file), {}));
     DuplicateKeys keys;
-    json parsed;
-    try {
-        parsed = json::parse(
-            file, [&](int depth, json::parse_event_t event, json& value) { return keys(depth, event, value); });
-    } catch (const json::exception& failure) {
-        throw Error(path.string() + " is not valid JSON: " + reason(failure));
-    }
+    json parsed = parse(text, keys, path.string());
     if (!keys.duplicate().empty()) throw Error("key \"" + keys.duplicate() + "\" is given twice in " + path.string());
     return parsed;
 }

@@ -26,10 +26,13 @@ constexpr std::int16_t kFloat32 = 16, kFloat64 = 64;  // NIfTI datatype codes
 
 using GzFile = std::unique_ptr<gzFile_s, decltype(&gzclose)>;
 
-/// Plain files are read as they are, so one way of reading serves .nii and .nii.gz.
+/// Plain .nii files are read as they are, so one way of reading serves .nii and .nii.gz.
 GzFile open(const std::filesystem::path& path) {
     GzFile file(gzopen(path.c_str(), "rb"), &gzclose);
     if (!file) throw Error(path.string() + " cannot be opened");
+    if (lower_case(path.string()).ends_with(".gz") && gzdirect(file.get()) != 0) {
+        throw Error(path.string() + " is not a gzip file");
+    }
     return file;
 }
 

@@ -24,10 +24,30 @@ Error not_writable(const fs::path& path, const std::string& reason) {
     return Error("output " + path.string() + " cannot be written: " + reason);
 }
 
+Error not_makeable(const fs::path& folder, const std::string& reason) {
+    return Error("cannot make the folder " + folder.string() + ": " + reason);
+}
+
+/// Throws where something that is no folder has this name.
+bool is_folder(const fs::path& path, const fs::path& wanted) {
+    std::error_code failure, no_link;
+    const fs::file_status status = fs::status(path, failure);
+    if (fs::is_directory(status)) return true;
+    if (status.type() == fs::file_type::not_found) {
+        if (!fs::is_symlink(fs::symlink_status(path, no_link))) return false;
+        const std::string what = path.string() + " is a symbolic link to ";
+        throw not_makeable(wanted, what + fs::read_symlink(path, no_link).string() + ", which does not exist");
+    }
+    if (failure) throw not_makeable(wanted, failure.message());
+    throw not_makeable(wanted, path.string() + " is not a folder");
+}
+
 /// The folders of `folder` that do not exist yet, outermost first.
-std::vector<fs::path> missing_folders(fs::path folder) {
+std::vector<fs::path> missing_folders(const fs::path& wanted) {
     std::vector<fs::path> missing;
-    for (; !folder.empty() && !fs::exists(folder); folder = folder.parent_path()) missing.push_back(folder);
+    for (fs::path folder = wanted; !folder.empty() && !is_folder(folder, wanted); folder = folder.parent_path()) {
+        missing.push_back(folder);
+    }
     std::reverse(missing.begin(), missing.end());
     return missing;
 }
@@ -76,12 +96,11 @@ void undo(const std::vector<Replacement>& done) {
 OutputFolder::OutputFolder(const fs::path& folder) : folder_(fs::absolute(folder).lexically_normal()) {
     if (!folder_.has_filename()) folder_ = folder_.parent_path();  // "out/" names the folder "out"
     std::error_code failure;
-    if (fs::exists(folder_, failure) && !fs::is_directory(folder_)) throw not_writable(folder_, "it is not a folder");
     const std::vector<fs::path> missing = missing_folders(folder_);
     try {
         for (const fs::path& path : missing) {
             fs::create_directory(path, failure);
-            if (failure) throw not_writable(folder_, failure.message());
+            if (failure) throw not_makeable(folder_, failure.message());
             made_folders_.push_back(path);
         }
         staging_ = make_staging(folder_);
@@ -112,16 +131,16 @@ fs::path OutputFolder::stage(std::string_view name) {
 }
 
 void OutputFolder::commit() {
+    std::error_code failure;
     for (const std::string& name : names_) {  // everything that can be known beforehand
-        if (fs::is_directory(folder_ / name)) throw not_writable(folder_ / name, "a folder has this name");
+        if (fs::is_directory(folder_ / name, failure)) throw not_writable(folder_ / name, "a folder has this name");
         if (!fs::exists(staging_ / name)) throw Error("output " + name + " was announced and never written");
     }
     const fs::path kept = make_staging(staging_);
     std::vector<Replacement> done;
     for (const std::string& name : names_) {
         Replacement one{folder_ / name, kept / name};
-        std::error_code failure;
-        if (fs::exists(one.target)) {
+        if (fs::exists(one.target, failure)) {
             // Where the file system has no hard links the older file cannot be brought back; the rename itself stays
             // atomic.
             fs::create_hard_link(one.target, one.older, failure);

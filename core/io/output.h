@@ -8,7 +8,8 @@
 namespace raylign {
 
 /// Files of one run, staged in a hidden folder inside the output folder and moved into place together by commit().
-/// Destroyed without commit (an error, Ctrl-C) it removes the staging folder: nothing old is lost, nothing half written.
+/// Destroyed without commit (an error, Ctrl-C) it removes the staging folder: nothing old is lost, nothing half
+/// written.
 class OutputFolder {
 public:
     /// Makes `folder` if missing. Throws Error where it cannot be made or written (named, with the system's reason).
@@ -19,8 +20,8 @@ public:
 
     /// Where to write `name` (a plain file name) before commit.
     [[nodiscard]] std::filesystem::path stage(std::string_view name);
-    /// Moves every staged file to its name in the folder, replacing older ones. Throws Error, with the older files back in
-    /// place, where one cannot be moved or was never written.
+    /// Moves every staged file to its name in the folder, replacing older ones. Throws Error, with the older files back
+    /// in place, where one cannot be moved or was never written.
     void commit();
 
 private:

@@ -31,10 +31,10 @@ using MatrixTransform = itk::MatrixOffsetTransformBase<double, 3, 3>;
 using Translation = itk::TranslationTransform<double, 3>;
 
 RigidTransform pose_from_itk_transform(const itk::TransformBaseTemplate<double>& transform, const std::string& where) {
-    Eigen::Matrix4d world_from_ct = Eigen::Matrix4d::Identity();
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
     if (const auto* shift = dynamic_cast<const Translation*>(&transform)) {
-        for (unsigned r = 0; r < 3; ++r) world_from_ct(r, 3) = shift->GetOffset()[r];
-        return rigid_from_matrix(world_from_ct, where);
+        for (unsigned r = 0; r < 3; ++r) matrix(r, 3) = shift->GetOffset()[r];
+        return rigid_from_matrix(matrix, where);
     }
     const auto* affine = dynamic_cast<const MatrixTransform*>(&transform);
     if (affine == nullptr) {
@@ -42,12 +42,13 @@ RigidTransform pose_from_itk_transform(const itk::TransformBaseTemplate<double>&
                         "a rigid one in 3-D: Euler3D, VersorRigid3D, Affine, Translation", where);
     }
     for (unsigned r = 0; r < 3; ++r) {
-        for (unsigned c = 0; c < 3; ++c) world_from_ct(r, c) = affine->GetMatrix()(r, c);
-        world_from_ct(r, 3) = affine->GetOffset()[r];
+        for (unsigned c = 0; c < 3; ++c) matrix(r, c) = affine->GetMatrix()(r, c);
+        matrix(r, 3) = affine->GetOffset()[r];
     }
-    return rigid_from_matrix(world_from_ct, where);
+    return rigid_from_matrix(matrix, where);
 }
 
+/// What the file holds: ct_from_world.
 RigidTransform pose_from_itk(const std::filesystem::path& path, itk::TransformIOBaseTemplate<double>& io) {
     const detail::QuietItk quiet;
     const auto reader = itk::TransformFileReaderTemplate<double>::New();
@@ -67,13 +68,13 @@ RigidTransform pose_from_itk(const std::filesystem::path& path, itk::TransformIO
     return pose_from_itk_transform(*transforms->front(), path.string());
 }
 
-std::string itk_text(const RigidTransform& world_from_ct) {
+std::string itk_text(const RigidTransform& ct_from_world) {
     std::string text = "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters:";
     const auto append = [&](double number) { (text += ' ') += detail::number_text(number); };
     for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) append(world_from_ct.rotation(r, c));
+        for (int c = 0; c < 3; ++c) append(ct_from_world.rotation(r, c));
     }
-    for (int r = 0; r < 3; ++r) append(world_from_ct.translation_mm[r]);
+    for (int r = 0; r < 3; ++r) append(ct_from_world.translation_mm[r]);
     return text + "\nFixedParameters: 0 0 0\n";
 }
 
@@ -91,10 +92,10 @@ RigidTransform read_pose(const std::filesystem::path& path) {
     const std::string extension = detail::lower_case(path.extension().string());
     if (extension == ".json") return pose_from_json(path);
     if (extension == ".tfm" || extension == ".txt") {
-        return pose_from_itk(path, *itk::TxtTransformIOTemplate<double>::New());
+        return inverse(pose_from_itk(path, *itk::TxtTransformIOTemplate<double>::New()));
     }
     if (extension == ".h5" || extension == ".hdf5") {
-        return pose_from_itk(path, *itk::HDF5TransformIOTemplate<double>::New());
+        return inverse(pose_from_itk(path, *itk::HDF5TransformIOTemplate<double>::New()));
     }
     throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5 or .hdf5", path.string());
 }
@@ -104,7 +105,7 @@ void write_pose(const std::filesystem::path& path, const RigidTransform& world_f
     if (extension != ".json" && extension != ".tfm" && extension != ".txt") {
         throw bad_value("format of the pose", extension, ".json, .tfm or .txt", path.string());
     }
-    write_text(path, extension == ".json" ? json_text_of(world_from_ct) : itk_text(world_from_ct));
+    write_text(path, extension == ".json" ? json_text_of(world_from_ct) : itk_text(inverse(world_from_ct)));
 }
 
 }  // namespace raylign

@@ -196,7 +196,9 @@ Raster read_with_itk(const std::filesystem::path& path, FileFormat format,
     }
     const ImageIOBase::Pointer io = make_image_io(format);
     const QuietItk quiet;
-    if (!io->CanReadFile(path.c_str())) throw std::runtime_error("it does not begin like one");
+    const bool is_upper_case = format == FileFormat::meta && path.extension() != lower_case(path.extension().string());
+    // MetaImageIO goes by the extension, does not know .MHA and finds a wrong beginning later in any case.
+    if (!is_upper_case && !io->CanReadFile(path.c_str())) throw std::runtime_error("it does not begin like one");
     io->SetFileName(path.string());
     io->ReadImageInformation();
     Raster raster = header_of(*io, format, path);

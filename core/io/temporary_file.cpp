@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "core/io/text.h"
 
 namespace raylign::detail {
 
@@ -19,7 +20,8 @@ TemporaryFile::TemporaryFile(const std::filesystem::path& target) : target_(targ
         throw Error(target.string() + " cannot be written: there is no folder " + folder.string());
     }
     // The process id keeps two runs that write the same file apart.
-    path_ = folder / (".raylign-" + std::to_string(::getpid()) + "-" + target.filename().string());
+    // Lower case: ITK knows .mha and not .MHA.
+    path_ = folder / (".raylign-" + std::to_string(::getpid()) + "-" + lower_case(target.filename().string()));
 }
 
 TemporaryFile::~TemporaryFile() {

@@ -9,8 +9,8 @@ namespace raylign::detail {
 /// The system's words for an errno value, e.g. "No space left on device".
 [[nodiscard]] std::string system_reason(int error_number);
 
-/// A hidden name beside `target` with the same extension (formats are told by it). What was written there replaces
-/// `target` by commit(); without commit it is removed, and `target` stays as it was.
+/// A hidden name beside `target` with the same extension in lower case (formats are told by it). What was written there
+/// replaces `target` by commit(); without commit it is removed, and `target` stays as it was.
 class TemporaryFile {
 public:
     explicit TemporaryFile(const std::filesystem::path& target);

@@ -54,6 +54,9 @@ std::filesystem::path read_path(const JsonNode& node, const std::filesystem::pat
 Image read_mask(const std::filesystem::path& path) {
     Image mask = read_xray(path).image;
     for (float& value : mask.pixels) value = value != 0 ? 1.0F : 0.0F;  // NaN != 0: used, like every other mark
+    if (std::ranges::count(mask.pixels, 0.0F) == std::ssize(mask.pixels)) {
+        throw Error("mask " + path.string() + " is 0 everywhere");
+    }
     return mask;
 }
 

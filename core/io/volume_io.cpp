@@ -38,6 +38,8 @@ public:
     }
 
     [[nodiscard]] Volume take() { return {grid_, std::move(voxels_)}; }
+    /// Throws where the numbers met are in the other unit. DICOM states its unit by its rescale slope and intercept.
+    void check_unit(detail::FileFormat format, const std::filesystem::path& path) const;
     void describe(detail::PixelType type, std::vector<std::string>& notes) const;
 
 private:
@@ -70,6 +72,21 @@ private:
     std::size_t air_ = 0;
 };
 
+void Converter::check_unit(detail::FileFormat format, const std::filesystem::path& path) const {
+    constexpr double kLeastHu = 10;                // HU of a CT go from -1000 to beyond this
+    constexpr double kLowest = -1, kHighest = 10;  // 1/mm: lead at 60 keV has 5.7
+    const std::string range =
+        path.string() + ": voxels go from " + number_text(lowest_) + " to " + number_text(highest_);
+    if (options_.is_attenuation) {
+        if (lowest_ >= kLowest && highest_ <= kHighest) return;
+        throw Error(range +
+                    ", which look like HU: linear attenuation must be in [-1, 10] per mm; leave out --attenuation");
+    }
+    if (format != detail::FileFormat::dicom && lowest_ >= -kLeastHu && highest_ <= kLeastHu) {
+        throw Error(range + ", too narrow a range for HU: voxels in 1/mm need --attenuation");
+    }
+}
+
 void Converter::describe(detail::PixelType type, std::vector<std::string>& notes) const {
     const std::string range = number_text(lowest_) + " to " + number_text(highest_);
     if (options_.is_attenuation) {
@@ -80,9 +97,7 @@ void Converter::describe(detail::PixelType type, std::vector<std::string>& notes
     notes.push_back("HU (stored " + range + ", " + detail::pixel_type_name(type) + ") became 1/mm by preset " +
                     std::string(preset_.name) + ": " + number_text(preset_.water_per_mm) + " * (1 + HU / 1000), " +
                     std::to_string(air_) + " voxels at or below " + number_text(preset_.cutoff_hu) + " HU became 0");
-    if (lowest_ + options_.hu_offset >= 0 && highest_ < 1) {
-        notes.push_back("no voxel reaches 1 HU: if the file holds 1/mm already, say so (--attenuation)");
-    } else if (lowest_ + options_.hu_offset > -500) {
+    if (lowest_ + options_.hu_offset > -500) {
         notes.push_back(
             "no voxel is as thin as air (-1000 HU): if the file holds HU plus an offset, such as 1024, air will "
             "attenuate here");
@@ -136,6 +151,11 @@ VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const 
     if (raster.format == detail::FileFormat::tiff) {
         if (!options.spacing_mm)
             throw Error(path.string() + ": a TIFF does not say its voxel size: give --spacing X,Y,Z (mm)");
+        constexpr double kLargest = 1000;
+        for (const double spacing : *options.spacing_mm) {
+            if (spacing > 0 && spacing <= kLargest) continue;
+            throw bad_value("--spacing", number_text(spacing) + " mm", "in (0, 1000] mm", path.string());
+        }
         grid.spacing_mm = *options.spacing_mm;
     } else if (options.spacing_mm) {
         throw Error(path.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
@@ -156,6 +176,7 @@ VolumeFile read_file(const std::filesystem::path& path, const VolumeReadOptions&
     });
     Converter converter(options, grid_of(raster, options, path));
     converter.append(raster, path);
+    converter.check_unit(raster.format, path);
     VolumeFile file;
     converter.describe(raster.type, file.notes);
     if (raster.format == detail::FileFormat::tiff) {
@@ -200,6 +221,7 @@ VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOpti
         type = raster.type;
         file.files.push_back(slice.path);
     }
+    converter.check_unit(detail::FileFormat::dicom, folder);
     converter.describe(type, file.notes);
     file.volume = converter.take();
     return file;

@@ -45,7 +45,7 @@ TEST_F(BadVolume, EmptyFileIsNamed) {
     }
 }
 TEST_F(BadVolume, TextUnderAVolumeNameIsNotRead) {
-    for (const char* name : {"a.nii", "a.nii.gz", "a.mha", "a.mhd", "a.nrrd", "a.tif", "a.dcm", "a.png"}) {
+    for (const char* name : {"a.nii", "a.nii.gz", "a.mha", "a.MHA", "a.mhd", "a.nrrd", "a.tif", "a.dcm", "a.png"}) {
         EXPECT_NE(error_reading(write(name, std::string(600, 'x'))), "");
     }
 }
@@ -135,6 +135,26 @@ TEST_F(BadVolume, ShearedDirectionIsRefused) {
     NiftiBytes nifti;
     nifti.sform[1] = 0.2F;
     EXPECT_THAT(error_reading(write("a.nii", nifti.with(hu_bytes()))), HasSubstr("right angles"));
+}
+TEST_F(BadVolume, AttenuationTakenForHuIsRefused) {
+    std::vector<float> voxels(12, 0.02F);
+    voxels[3] = 0;
+    EXPECT_THAT(error_reading(write("a.mha", MetaText{.type = "MET_FLOAT"}.with(bytes_of(voxels)))),
+                AllOf(HasSubstr("from 0 to 0.0199"), HasSubstr("1/mm need --attenuation")));
+}
+TEST_F(BadVolume, HuTakenForAttenuationAreRefused) {
+    for (const float hu : {-2.0F, 11.0F}) {
+        std::vector<float> voxels(12, 0.02F);
+        voxels[3] = hu;
+        EXPECT_THAT(error_reading(write("a.mha", MetaText{.type = "MET_FLOAT"}.with(bytes_of(voxels))),
+                                  {.is_attenuation = true}),
+                    HasSubstr("look like HU"));
+    }
+}
+TEST_F(BadVolume, PlainFileNamedGzIsRefused) {
+    for (const std::string& bytes : {NiftiBytes().with(hu_bytes()), std::string(600, 'x'), std::string("x")}) {
+        EXPECT_THAT(error_reading(write("a.nii.gz", bytes)), HasSubstr("is not a gzip file"));
+    }
 }
 TEST_F(BadVolume, UnknownPresetListsThePresets) {
     EXPECT_THAT(

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "core/error.h"
@@ -91,8 +93,23 @@ TEST(XrayConversion, BoneBrightImageIsRecognisedAndInverted) {
     EXPECT_THAT(result.decisions, Contains(HasSubstr("polarity: bone bright")));
 }
 
-void expect_bone_dark_by_frame(const RawXray& raw) {
-    const XrayConversion result = line_integral_from_xray(raw, {}, {}, "a.png");
+/// Weights must be 0 outside the field and up to 2 px within it, 1 from 5 px within, but for a pixel of the mask.
+void expect_bone_dark_by_frame(const RawXray& raw, const std::function<double(int, int)>& px_within) {
+    Image mask(64, 64, 1);
+    mask(30, 30) = 0;
+    const XrayConversion result = line_integral_from_xray(raw, mask, {}, "a.png");
+    for (int y = 0; y < 64; ++y) {
+        for (int x = 0; x < 64; ++x) {
+            const bool is_masked = x == 30 && y == 30;
+            if (px_within(x, y) < 2 || is_masked) {
+                EXPECT_EQ(result.weights(x, y), 0) << x << ' ' << y;
+            }
+            if (px_within(x, y) > 5 && !is_masked) {
+                EXPECT_EQ(result.weights(x, y), 1) << x << ' ' << y;
+            }
+        }
+    }
+    EXPECT_THAT(result.decisions, Contains(AllOf(HasSubstr("field of view"), HasSubstr("% of the pixels"))));
     EXPECT_THAT(result.decisions, Contains(AllOf(HasSubstr("polarity: bone dark"), HasSubstr("outside the field"))));
 }
 
@@ -103,7 +120,7 @@ TEST(XrayConversion, DarkFrameOfARoundFieldIsNotTakenForAir) {
             if (std::hypot(x - 31.5, y - 31.5) > 29.5) raw.image(x, y) = 0;  // more pixels than the ring of air within
         }
     }
-    expect_bone_dark_by_frame(raw);
+    expect_bone_dark_by_frame(raw, [](int x, int y) { return 29.5 - std::hypot(x - 31.5, y - 31.5); });
 }
 
 TEST(XrayConversion, DarkFrameOfACollimatorIsNotTakenForAir) {
@@ -113,7 +130,7 @@ TEST(XrayConversion, DarkFrameOfACollimatorIsNotTakenForAir) {
             if (x < 12 || x > 54 || y < 9 || y > 52) raw.image(x, y) = static_cast<float>((x + y) % 3);
         }
     }
-    expect_bone_dark_by_frame(raw);
+    expect_bone_dark_by_frame(raw, [](int x, int y) { return std::min({x - 12, 54 - x, y - 9, 52 - y}); });
 }
 
 TEST(XrayConversion, AirAroundABrightBodyIsNotTakenForACollimator) {
@@ -197,6 +214,23 @@ TEST(XrayConversion, BadInputIsNamed) {
     EXPECT_THAT(error_of([&] { (void)line_integral_from_xray(dark, {}, {}, "a.png"); }), HasSubstr("I0"));
 }
 
+constexpr double kWristOutside = 1.04, kWristInside = 0.95;  // of half the image's width
+
+/// The field is round, its edge is off the image's middle by up to 3 % of the radius, and its corners are black.
+void expect_round_field(const Image& image, const Image& weights) {
+    const double cx = (image.width - 1) / 2.0, cy = (image.height - 1) / 2.0;
+    std::size_t wrong_outside = 0, wrong_inside = 0;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const double r = std::hypot(x - cx, y - cy) / cx;
+            wrong_outside += r > kWristOutside && weights(x, y) != 0;
+            wrong_inside += r < kWristInside && weights(x, y) != 1;
+        }
+    }
+    EXPECT_EQ(wrong_outside, 0U);
+    EXPECT_EQ(wrong_inside, 0U);
+}
+
 TEST(XrayConversion, WristXraysAreBoneDarkWithSaturatedAir) {
     for (const char* name : {"xr_rad_uln_cam01_UND.0002.tif", "xr_rad_uln_cam01_UND.0099.tif",
                              "xr_rad_uln_cam02_UND.0002.tif", "xr_rad_uln_cam02_UND.0099.tif"}) {
@@ -208,6 +242,7 @@ TEST(XrayConversion, WristXraysAreBoneDarkWithSaturatedAir) {
         const XrayConversion result = line_integral_from_xray(raw, {}, {}, name);
         EXPECT_THAT(result.decisions, Contains(HasSubstr("polarity: bone dark"))) << name;
         EXPECT_THAT(result.decisions, Contains(HasSubstr("I0 = 255"))) << name;
+        expect_round_field(raw.image, result.weights);
     }
 }
 

@@ -101,11 +101,27 @@ TEST_F(Output, CommitOntoAFolderIsRefused) {
 TEST_F(Output, FileInTheWayOfTheFolderIsNamed) {
     (void)write("file", "x");
     EXPECT_THAT(error_of([&] { OutputFolder folder(at("file")); }), HasSubstr("not a folder"));
-    EXPECT_THAT(error_of([&] { OutputFolder folder(at("file") / "sub"); }), HasSubstr("Not a directory"));
+    EXPECT_THAT(error_of([&] { OutputFolder folder(at("file") / "sub"); }), HasSubstr("file is not a folder"));
 }
 
 TEST_F(Output, FolderThatCannotBeMadeSaysWhy) {
-    EXPECT_THAT(error_of([] { OutputFolder folder("/proc/raylign"); }), HasSubstr("/proc/raylign cannot be written: "));
+    EXPECT_THAT(error_of([] { OutputFolder folder("/proc/raylign"); }),
+                HasSubstr("cannot make the folder /proc/raylign: "));
+}
+
+TEST_F(Output, LinksToNothingAndLongNamesSayWhy) {
+    std::filesystem::create_symlink("none", at("dangling"));
+    std::filesystem::create_symlink("loop", at("loop"));
+    const auto error = [&](const std::string& name) {
+        const std::string message = error_of([&] { OutputFolder folder(at(name)); });
+        EXPECT_THAT(message, HasSubstr("cannot make the folder " + at(name).string() + ": "));
+        return message;
+    };
+    EXPECT_THAT(error("dangling"), HasSubstr("symbolic link to none, which does not exist"));
+    EXPECT_THAT(error("dangling/sub"), HasSubstr("symbolic link to none, which does not exist"));
+    EXPECT_THAT(error("loop"), HasSubstr("Too many levels of symbolic links"));
+    EXPECT_THAT(error("loop/sub"), HasSubstr("Too many levels of symbolic links"));
+    EXPECT_THAT(error(std::string(300, 'x')), HasSubstr("File name too long"));
 }
 
 TEST_F(Output, ReadOnlyFolderSaysWhy) {

@@ -40,12 +40,29 @@ TEST_F(PoseIo, TfmRoundTripKeepsFullDoublePrecision) {
                                                         HasSubstr("Transform: AffineTransform_double_3_3\n")));
 }
 
-TEST_F(PoseIo, TfmMapsCtPointsToWorldPoints) {
+TEST_F(PoseIo, TfmHoldsTheInverseOfThePose) {
+    write_pose(at("pose.tfm"), some_pose());
+    const std::string text = test::content_of(at("pose.tfm"));
+    const std::string key = "Parameters:";
+    std::istringstream numbers(text.substr(text.find(key) + key.size()));
+    Eigen::Matrix3d linear;
+    Eigen::Vector3d shift;
+    for (int i = 0; i < 9; ++i) numbers >> linear(i / 3, i % 3);
+    for (int i = 0; i < 3; ++i) numbers >> shift[i];
+    ASSERT_TRUE(numbers);
+    const RigidTransform pose = some_pose();
+    EXPECT_LT((linear - pose.rotation.transpose()).norm(), kRounding);
+    EXPECT_LT((shift + pose.rotation.transpose() * pose.translation_mm).norm(), 1e-13);
+    const Eigen::Vector3d ct(30, -40, 50);
+    EXPECT_LT((linear * (pose * ct) + shift - ct).norm(), 1e-12);
+}
+
+TEST_F(PoseIo, TfmMapsWorldPointsToCtPoints) {
     const std::string text =
         "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\n"
         "Parameters: 0 -1 0 1 0 0 0 0 1 10 20 30\nFixedParameters: 0 0 0\n";
     const RigidTransform world_from_ct = read_pose(write("pose.tfm", text));
-    EXPECT_LT((world_from_ct * Eigen::Vector3d(1, 2, 3) - Eigen::Vector3d(8, 21, 33)).norm(), 1e-12);
+    EXPECT_LT((world_from_ct * Eigen::Vector3d(8, 21, 33) - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
 }
 
 TEST_F(PoseIo, TfmCentreOfRotationIsHonoured) {
@@ -61,7 +78,7 @@ TEST_F(PoseIo, EulerTransformsOfItkAreRead) {
         const RigidTransform pose = read_pose(at(name));
         // x -> R (x - c) + c + t
         const Eigen::Vector3d expected(1 + 10 + 4 * std::cos(0.5), 2 + 20 + 4 * std::sin(0.5), 3 + 30 + 7);
-        EXPECT_LT((pose * Eigen::Vector3d(5, 2, 10) - expected).norm(), 1e-12) << name;
+        EXPECT_LT((pose * expected - Eigen::Vector3d(5, 2, 10)).norm(), 1e-12) << name;
     }
 }
 

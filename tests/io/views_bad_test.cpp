@@ -32,6 +32,23 @@ TEST_F(BadViews, MalformedJsonNamesLineAndColumn) {
     EXPECT_THAT(error_text("{ \"raylign\": 1,\n  \"views\": [ }"), AllOf(HasSubstr("line 2"), HasSubstr("column 14")));
     EXPECT_THAT(error_text("{ \"raylign\": 1"), HasSubstr("line 1"));
 }
+TEST_F(BadViews, DeeplyNestedJsonIsRefused) {
+    const std::string open(200000, '['), close(200000, ']');
+    EXPECT_THAT(error_text(open), HasSubstr("nested deeper than 64 levels"));
+    EXPECT_THAT(error_text("{\"raylign\":\n" + open + close + "}"),
+                AllOf(HasSubstr("nested deeper than 64 levels"), HasSubstr("line 2, column 6")));
+}
+TEST_F(BadViews, NumberTooLargeNamesLineAndColumn) {
+    EXPECT_THAT(error_text("{ \"raylign\": 1,\n  \"views\": 1e999\n}"),
+                AllOf(HasSubstr("1e999"), HasSubstr("line 2, column 16")));
+}
+TEST_F(BadViews, MaskOfZerosIsNamed) {
+    write_image(at("good.tif"), Image(8, 6, 1));
+    write_image(at("none.tif"), Image(8, 6, 0));
+    const std::string view = replaced(kCameraView, R"("AP",)", R"("AP", "image": "good.tif", "mask": "none.tif",)");
+    EXPECT_THAT(error_of([&] { (void)read_views(write("views.json", views_json(view)), ReadImages::required); }),
+                AllOf(HasSubstr("mask"), HasSubstr("none.tif is 0 everywhere")));
+}
 TEST_F(BadViews, MissingAndEmptyFilesAreNamed) {
     EXPECT_THAT(error_of([&] { (void)read_views(at("none.json"), ReadImages::never); }), HasSubstr("does not exist"));
     EXPECT_THAT(error_text(""), HasSubstr("empty"));

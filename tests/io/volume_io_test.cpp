@@ -4,6 +4,8 @@
 #include <tiffio.h>
 #include <zlib.h>
 
+#include <cmath>
+
 #include "core/image/intensity.h"
 #include "core/io/raster.h"
 #include "io_files.h"
@@ -58,6 +60,13 @@ TEST_F(VolumeIo, NrrdRoundTripKeepsVoxelsAndOrientation) { expect_round_trip(at(
 TEST_F(VolumeIo, NiftiRoundTripKeepsVoxelsAndOrientation) { expect_round_trip(at("v.nii"), oblique_volume(), 1e-4); }
 TEST_F(VolumeIo, GzippedNiftiRoundTripKeepsVoxelsAndOrientation) {
     expect_round_trip(at("v.nii.gz"), oblique_volume(), 1e-4);
+}
+
+TEST_F(VolumeIo, UpperCaseExtensionsAreWrittenAndRead) {
+    for (const char* name : {"box.MHA", "box.NRRD", "box.NII", "Box.NII.GZ"}) {
+        expect_round_trip(at(name), oblique_volume(), 1e-4);
+    }
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 4);
 }
 
 TEST_F(VolumeIo, MirroredAxesAreAllowedAndNoted) {
@@ -147,7 +156,7 @@ TYPED_TEST(VolumePixelTypes, AreReadAsTheirNumbers) {
     const std::string header = "NRRD0004\ntype: " + type + (is_float ? "" : "_t") +
                                "\ndimension: 3\nsizes: 3 2 2\nspacings: 1 1 1\nendian: little\nencoding: raw\n\n";
     std::vector<TypeParam> voxels;
-    for (int i = 0; i < 12; ++i) voxels.push_back(static_cast<TypeParam>(i * 10));
+    for (int i = 0; i < 12; ++i) voxels.push_back(static_cast<TypeParam>(i % 10));
     const VolumeFile file = read_volume(this->write("v.nrrd", header + bytes_of(voxels)), {.is_attenuation = true});
     EXPECT_EQ(file.volume.attenuation_per_mm, std::vector<float>(voxels.begin(), voxels.end()));
 }
@@ -165,7 +174,7 @@ void write_pages(const std::filesystem::path& path, const std::vector<int>& widt
         TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
         for (std::uint32_t row = 0; row < 2; ++row) {
             std::vector<std::uint16_t> pixels(static_cast<std::size_t>(width));
-            for (std::uint16_t& pixel : pixels) pixel = value++;
+            for (std::uint16_t& pixel : pixels) pixel = value++ % 10;
             TIFFWriteScanline(file, pixels.data(), row, 0);
         }
         TIFFWriteDirectory(file);
@@ -179,12 +188,21 @@ TEST_F(VolumeIo, PagesOfATiffAreSlices) {
     EXPECT_EQ(file.volume.grid.size, Eigen::Vector3i(3, 2, 2));
     EXPECT_EQ(file.volume.grid.spacing_mm, Eigen::Vector3d(1, 2, 3));
     EXPECT_EQ(file.volume(1, 0, 1), 7);
-    EXPECT_EQ(file.volume(2, 1, 1), 11);
+    EXPECT_EQ(file.volume(2, 1, 1), 1);
 }
 
 TEST_F(VolumeIo, TiffWithoutSpacingNamesTheOption) {
     write_pages(at("ct.tif"), {3, 3});
     EXPECT_THAT(test::error_of([&] { (void)read_volume(at("ct.tif")); }), HasSubstr("--spacing"));
+}
+
+TEST_F(VolumeIo, TiffSpacingOutOfRangeIsRefused) {
+    write_pages(at("ct.tif"), {3, 3});
+    for (const double bad : {0.0, -1.0, 1000.5, std::nan("")}) {
+        EXPECT_THAT(
+            test::error_of([&] { (void)read_volume(at("ct.tif"), {.spacing_mm = Eigen::Vector3d(1, bad, 3)}); }),
+            HasSubstr("must be in (0, 1000] mm"));
+    }
 }
 
 TEST_F(VolumeIo, TiffPagesOfDifferentSizeAreRefused) {
