@@ -27,6 +27,26 @@ void check_grid(const VoxelGrid& grid, std::string_view where) {
     }
 }
 
+/// Multiplies the new weights of a view by those of its mask.
+void apply_mask(Image& weights, const Image& mask, std::size_t view) {
+    const std::string where = "view " + std::to_string(view);
+    if (weights.width != mask.width || weights.height != mask.height) {
+        throw bad_value("weight image size", std::to_string(weights.width) + " x " + std::to_string(weights.height),
+                        std::to_string(mask.width) + " x " + std::to_string(mask.height) + " as the view", where);
+    }
+    std::size_t usable = 0;
+    for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
+        if (!(weights.pixels[i] >= 0 && std::isfinite(weights.pixels[i]))) {
+            throw bad_value("weight", std::to_string(weights.pixels[i]), "finite and not negative", where);
+        }
+        weights.pixels[i] *= mask.pixels[i];
+        if (weights.pixels[i] > 0) ++usable;
+    }
+    if (usable < kMinPixels) {
+        throw bad_value("pixels with weight", std::to_string(usable), "at least " + std::to_string(kMinPixels), where);
+    }
+}
+
 }  // namespace
 
 std::string_view projector_name(Projector projector) { return projector == Projector::joseph ? "joseph" : "trilinear"; }
@@ -60,7 +80,11 @@ void check_volume(const Volume& volume, std::string_view where) {
 void check_scene(const Scene& scene) {
     check_volume(scene.volume, "the volume");
     if (scene.views.empty()) throw Error("views: at least one is needed");
-    for (const View& view : scene.views) check_camera(view.geometry.camera, "view " + view.name);
+    for (const View& view : scene.views) {
+        check_camera(view.geometry.camera, "view " + view.name);
+        if (view.cost_weight > 0 && std::isfinite(view.cost_weight)) continue;
+        throw bad_value("cost weight", std::to_string(view.cost_weight), "positive and finite", "view " + view.name);
+    }
     if (!(scene.render.step_mm >= 0 && scene.render.step_mm <= 100)) {
         throw bad_value("step_mm", std::to_string(scene.render.step_mm), "in (0, 100], or 0 for half a voxel");
     }
@@ -72,16 +96,45 @@ void check_scene(const Scene& scene) {
 }
 
 Session::Session(const Scene& scene)
-    : grid_(scene.volume.grid), channel_count_(raylign::channel_count(scene.similarity.metric)) {
+    : grid_(scene.volume.grid),
+      similarity_(scene.similarity),
+      channel_count_(raylign::channel_count(scene.similarity.metric)) {
     check_scene(scene);
-    for (const View& view : scene.views) views_.push_back(view.geometry);
+    double weight_sum = 0;
+    for (const View& view : scene.views) weight_sum += view.cost_weight;
+    for (const View& view : scene.views) {
+        views_.push_back(view.geometry);
+        view_shares_.push_back(view.cost_weight / weight_sum);
+    }
     for (const View& view : scene.views) {
         if (view.image.empty()) {  // drr and study simulate images: no costs without all of them
             fixed_.clear();
             break;
         }
         fixed_.push_back(make_fixed_channels(view, scene.similarity));
+        mask_weights_.push_back(fixed_.back().weights);
     }
+}
+
+void Session::set_weights(std::span<const Image> weights) {
+    if (fixed_.empty()) throw Error("set_weights: every view needs an image");
+    if (weights.size() != fixed_.size()) {
+        throw bad_value("number of weight images", std::to_string(weights.size()),
+                        std::to_string(fixed_.size()) + ", the number of views");
+    }
+    std::vector<Image> usable(weights.begin(), weights.end());
+    for (std::size_t v = 0; v < usable.size(); ++v) apply_mask(usable[v], mask_weights_[v], v);
+    for (std::size_t v = 0; v < usable.size(); ++v) fixed_[v].weights = std::move(usable[v]);
+    weights_changed();
+}
+
+const FixedChannels& Session::fixed_channels(std::size_t view) const {
+    if (fixed_.empty()) throw Error("fixed_channels: every view needs an image");
+    return fixed_.at(view);
+}
+
+std::vector<Image> Session::moving_channels(const RigidTransform& world_from_ct, std::size_t view) {
+    return raylign::moving_channels(render(world_from_ct, view), similarity_);
 }
 
 std::vector<RayFrame> Session::frames_for(std::span<const RigidTransform> world_from_ct) const {
@@ -111,7 +164,7 @@ void Session::evaluate(std::span<const RigidTransform> world_from_ct, std::span<
     for (double& cost : costs) {
         cost = 0;
         for (std::size_t view = 0; view < view_count(); ++view, rest = rest.subspan(channel_count_)) {
-            cost += view_cost(rest.first(channel_count_)) / static_cast<double>(view_count());
+            cost += view_shares_[view] * view_cost(rest.first(channel_count_));
         }
     }
 }
@@ -138,10 +191,10 @@ void Session::linearize(std::span<const RigidTransform> world_from_ct, const Eig
     for (Linearization& result : results) {
         result = {};
         for (std::size_t view = 0; view < view_count(); ++view, rest = rest.subspan(channel_count_)) {
-            result += linearize_view(rest.first(channel_count_));
+            const Linearization of_view = linearize_view(rest.first(channel_count_));
+            const double share = view_shares_[view];
+            result += {share * of_view.cost, share * of_view.gradient, share * of_view.curvature};
         }
-        const auto count = static_cast<double>(view_count());
-        result = {result.cost / count, result.gradient / count, result.curvature / count};
     }
 }
 

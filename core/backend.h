@@ -59,7 +59,7 @@ public:
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    /// Cost per pose: the mean over views of view_cost, in [0, 2]. Sizes of both spans must agree.
+    /// Cost per pose: the mean over views of view_cost, weighted by View::cost_weight, in [0, 2]. Sizes of both spans must agree.
     /// Throws Error for a non-finite pose; a NaN cost is returned as such and is the caller's to stop on.
     void evaluate(std::span<const RigidTransform> world_from_ct, std::span<double> costs);
 
@@ -71,6 +71,16 @@ public:
 
     /// The sums behind the costs, [pose][view][channel], channels innermost.
     [[nodiscard]] std::vector<MomentSums> moment_sums(std::span<const RigidTransform> world_from_ct);
+
+    /// Replaces the weights of all views until the next call: one image per view, finite and not negative; pixels that
+    /// the views' masks exclude stay excluded. For robust weights (iteratively reweighted least squares), which must be
+    /// the same for all poses compared. Throws Error for other sizes or values, or if fewer than kMinPixels remain.
+    void set_weights(std::span<const Image> weights);
+
+    /// The channels of one view that costs are made of: of the X-ray, with the weights in use, and of the DRR at a pose
+    /// (the same filter, in core). Throws Error where the view has no image.
+    [[nodiscard]] const FixedChannels& fixed_channels(std::size_t view) const;
+    [[nodiscard]] std::vector<Image> moving_channels(const RigidTransform& world_from_ct, std::size_t view);
 
     /// The DRR of one view: for people and tests.
     [[nodiscard]] Image render(const RigidTransform& world_from_ct, std::size_t view);
@@ -92,6 +102,8 @@ protected:
     virtual void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
                             std::span<JacobianSums> sums) = 0;
     virtual Image render_frame(const RayFrame& frame) = 0;
+    /// The weights in fixed() have changed: engines that keep copies renew them.
+    virtual void weights_changed() = 0;
 
     /// Fixed channels per view, made once in core so that engines cannot disagree on them; empty where views lack
     /// images.
@@ -104,8 +116,11 @@ private:
     [[nodiscard]] std::vector<RayFrame> frames_for(std::span<const RigidTransform> world_from_ct) const;
 
     VoxelGrid grid_;
+    Similarity similarity_;
     std::vector<ViewGeometry> views_;
+    std::vector<double> view_shares_;  ///< of the cost; they sum to one
     std::vector<FixedChannels> fixed_;
+    std::vector<Image> mask_weights_;  ///< what fixed_ began with: set_weights cannot bring masked pixels back
     int channel_count_;
 };
 

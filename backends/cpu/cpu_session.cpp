@@ -91,6 +91,13 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStor
     timing_.prepare_s += seconds_since(start);
 }
 
+void CpuSession::weights_changed() {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        views_[i] = make_view_plan(views_[i].size_px);
+        add_fixed(views_[i], fixed()[i], radius_);
+    }
+}
+
 std::size_t CpuSession::volume_bytes() const {
     std::size_t bytes = 0;
     for (const auto& layout : layouts_) bytes += layout ? layout->bytes() : 0;

@@ -24,6 +24,7 @@ protected:
     void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
                     std::span<JacobianSums> sums) override;
     Image render_frame(const RayFrame& frame) override;
+    void weights_changed() override;
 
 private:
     /// What one thread works in.

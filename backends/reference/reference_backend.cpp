@@ -114,11 +114,13 @@ public:
     std::size_t volume_bytes() const override { return volume_.attenuation_per_mm.size() * sizeof(float); }
 
 protected:
+    void weights_changed() override {}  // it reads fixed() itself
+
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override {
         for (std::size_t i = 0; i < frames.size(); ++i) {
             const Image drr = render_frame(frames[i]);
             auto start = std::chrono::steady_clock::now();
-            const std::vector<Image> moving = moving_channels(drr, similarity_);
+            const std::vector<Image> moving = raylign::moving_channels(drr, similarity_);
             timing_.gradient_s += seconds_since(start);
             start = std::chrono::steady_clock::now();
             const FixedChannels& fixed_view = fixed()[frames[i].view];
@@ -133,12 +135,12 @@ protected:
     void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
                     std::span<JacobianSums> sums) override {
         for (std::size_t i = 0; i < frames.size(); ++i) {
-            const std::vector<Image> moving = moving_channels(render_frame(frames[i]), similarity_);
+            const std::vector<Image> moving = raylign::moving_channels(render_frame(frames[i]), similarity_);
             const std::array<Image, 6> derivative_images = render_derivatives(frames[i], derivatives[i]);
             std::vector<std::array<Image, 6>> jacobian(
                 moving.size());  // the filter is linear: it applies to each derivative
             for (int p = 0; p < 6; ++p) {
-                std::vector<Image> channels = moving_channels(derivative_images[p], similarity_);
+                std::vector<Image> channels = raylign::moving_channels(derivative_images[p], similarity_);
                 for (std::size_t c = 0; c < moving.size(); ++c) jacobian[c][p] = std::move(channels[c]);
             }
             const FixedChannels& fixed_view = fixed()[frames[i].view];
