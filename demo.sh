@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-packages=(g++ cmake ninja-build libeigen3-dev libtbb-dev libxsimd-dev libinsighttoolkit5-dev libgdcm-dev libhdf5-dev
+packages=(g++ cmake ninja-build libeigen3-dev libnlopt-dev libtbb-dev libxsimd-dev libinsighttoolkit5-dev libgdcm-dev libhdf5-dev
           libtiff-dev zlib1g-dev libssl-dev nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev libbenchmark-dev)
 ct_package=invesalius-examples   # a real head CT: wanted, not needed
 

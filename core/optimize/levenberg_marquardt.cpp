@@ -33,6 +33,9 @@ Eigen::VectorXd damped_step(const LocalModel& model, double damping, double max_
 std::string LevenbergMarquardtOptions::problem() const {
     if (!(max_step > 0)) return "max_step = " + std::to_string(max_step) + ": must be positive";
     if (!(step_tolerance > 0)) return "step_tolerance = " + std::to_string(step_tolerance) + ": must be positive";
+    if (!(decrease_tolerance >= 0)) {
+        return "decrease_tolerance = " + std::to_string(decrease_tolerance) + ": must not be negative";
+    }
     if (!(initial_damping > 0)) return "initial_damping = " + std::to_string(initial_damping) + ": must be positive";
     if (max_iterations < 1 || max_iterations > 10000) {
         return "max_iterations = " + std::to_string(max_iterations) + ": must be in [1, 10000]";
@@ -40,38 +43,68 @@ std::string LevenbergMarquardtOptions::problem() const {
     return {};
 }
 
+LevenbergMarquardtSearch::LevenbergMarquardtSearch(LocalModel model, const LevenbergMarquardtOptions& options)
+    : options_(options), damping_(options.initial_damping) {
+    if (const std::string fault = options.problem(); !fault.empty()) throw Error(fault);
+    result_.model = std::move(model);
+    result_.linearizations = 1;
+    if (is_finite(result_.model)) {
+        propose();
+    } else {
+        finish(Termination::non_finite_cost);
+    }
+}
+
+void LevenbergMarquardtSearch::finish(Termination termination) {
+    done_ = true;
+    result_.termination = termination;
+}
+
+void LevenbergMarquardtSearch::propose() {
+    if (result_.linearizations > options_.max_iterations) return finish(Termination::max_iterations);
+    step_ = damped_step(result_.model, damping_, options_.max_step);
+    const double promised = -(result_.model.gradient.dot(step_) + 0.5 * step_.dot(result_.model.curvature * step_));
+    if (!(step_.norm() >= options_.step_tolerance) || promised < options_.decrease_tolerance) {
+        finish(Termination::converged);
+    }
+}
+
+bool LevenbergMarquardtSearch::take(LocalModel trial) {
+    ++result_.linearizations;
+    if (!is_finite(trial)) {
+        finish(Termination::non_finite_cost);
+        return false;
+    }
+    const bool accepted = trial.cost < result_.model.cost;
+    if (accepted) {
+        result_.model = std::move(trial);
+        ++result_.iterations;
+        last_length_ = step_.norm();
+        damping_ = std::max(damping_ * kDampingDown, 1e-9);
+    } else {
+        damping_ *= kDampingUp;
+    }
+    if (damping_ > kLargestDamping) {
+        finish(Termination::converged);
+    } else {
+        propose();
+    }
+    return accepted;
+}
+
 LevenbergMarquardtResult levenberg_marquardt(const ManifoldProblem& problem, const LevenbergMarquardtOptions& options,
                                              const StepCallback& on_step) {
-    if (const std::string fault = options.problem(); !fault.empty()) throw Error(fault);
-    LevenbergMarquardtResult result;
-    result.model = problem.linearize(Eigen::VectorXd::Zero(problem.dimension));
-    result.linearizations = 1;
-    const auto end = [&](Termination termination) {
-        result.termination = termination;
-        return result;
-    };
-    if (!is_finite(result.model)) return end(Termination::non_finite_cost);
-
-    double damping = options.initial_damping;
-    while (result.linearizations <= options.max_iterations) {
-        const Eigen::VectorXd step = damped_step(result.model, damping, options.max_step);
-        const double length = step.norm();
-        if (!(length >= options.step_tolerance)) return end(Termination::converged);
-        LocalModel trial = problem.linearize(step);
-        ++result.linearizations;
-        if (!is_finite(trial)) return end(Termination::non_finite_cost);
-        if (!(trial.cost < result.model.cost)) {
-            damping *= kDampingUp;
-            if (damping > kLargestDamping) return end(Termination::converged);
-            continue;
-        }
+    LevenbergMarquardtSearch search(problem.linearize(Eigen::VectorXd::Zero(problem.dimension)), options);
+    while (!search.done()) {
+        const Eigen::VectorXd step = search.step();
+        if (!search.take(problem.linearize(step))) continue;
         problem.accept(step);
-        result.model = std::move(trial);
-        ++result.iterations;
-        damping = std::max(damping * kDampingDown, 1e-9);
-        if (on_step && !on_step({result.iterations, result.model.cost, length})) return end(Termination::stopped);
+        const LevenbergMarquardtResult& now = search.result();
+        if (on_step && !on_step({now.iterations, now.model.cost, search.last_length()})) {
+            search.stop(Termination::stopped);
+        }
     }
-    return end(Termination::max_iterations);
+    return search.result();
 }
 
 }  // namespace raylign

@@ -26,8 +26,11 @@ struct ManifoldProblem {
 
 /// Lengths are in the units of the (scaled, unitless) parameters.
 struct LevenbergMarquardtOptions {
-    double max_step = 25;           ///< longest step, positive
-    double step_tolerance = 1e-3;   ///< converged when a step is shorter, positive
+    double max_step = 25;          ///< longest step, positive
+    double step_tolerance = 1e-3;  ///< converged when a step is shorter, positive
+    /// Converged when the model promises a lower decrease for the next step, not negative: what kinks and rounding of
+    /// the cost hide from the step length.
+    double decrease_tolerance = 0;
     double initial_damping = 1e-3;  ///< share of the diagonal added to it, positive
     int max_iterations = 50;        ///< steps tried, in [1, 10000]
 
@@ -42,9 +45,38 @@ struct LevenbergMarquardtResult {
     Termination termination = Termination::converged;
 };
 
+/// One search, step by step, so that many can share a batch of linearizations:
+///   while (!search.done()) { if (search.take(linearize(search.step()))) accept(step); }
 /// Solves (H + damping diag H) step = -gradient, accepts a step only if the cost falls (damping x 0.2, else x 8), caps
 /// its length. Each trial is linearized at once: accepted trials, the rule, then need no second evaluation. Source:
 /// Marquardt 1963; the factors from the prototype of this program.
+class LevenbergMarquardtSearch {
+public:
+    /// `model`: at the start. Throws Error for bad options.
+    LevenbergMarquardtSearch(LocalModel model, const LevenbergMarquardtOptions& options);
+
+    [[nodiscard]] bool done() const { return done_; }
+    /// The step to try next, from the current base. Only while not done.
+    [[nodiscard]] const Eigen::VectorXd& step() const { return step_; }
+    /// Takes the model at base + step(); true if the step is accepted: the caller then moves its base.
+    bool take(LocalModel trial);
+    /// Ends the search from outside.
+    void stop(Termination termination) { finish(termination); }
+    [[nodiscard]] const LevenbergMarquardtResult& result() const { return result_; }
+    [[nodiscard]] double last_length() const { return last_length_; }
+
+private:
+    void propose();
+    void finish(Termination termination);
+
+    LevenbergMarquardtOptions options_;
+    LevenbergMarquardtResult result_;
+    Eigen::VectorXd step_;
+    double damping_, last_length_ = 0;
+    bool done_ = false;
+};
+
+/// One search to its end.
 [[nodiscard]] LevenbergMarquardtResult levenberg_marquardt(const ManifoldProblem& problem,
                                                            const LevenbergMarquardtOptions& options,
                                                            const StepCallback& on_step = {});

@@ -16,9 +16,37 @@ enum class Method {
     automatic,         ///< the driver picks and says what it picked
     gauss_newton,      ///< Levenberg-Marquardt with analytic derivatives (Session::linearize), coarse to fine
     steepest_descent,  ///< [Ino06] section 2.3: central differences, line search, coarse to fine
+    bobyqa,            ///< [Powell09] quadratic models of the cost, no derivatives; through NLopt
 };
-[[nodiscard]] std::string_view method_name(Method method);  ///< "auto", "gauss-newton", "steepest-descent"
+[[nodiscard]] std::string_view method_name(Method method);  ///< "auto", "gauss-newton", "steepest-descent", "bobyqa"
 [[nodiscard]] Method method_from_name(std::string_view name);
+
+/// How much of the X-ray the volume explains.
+enum class Content {
+    automatic,  ///< tried as whole; as part where that correlates weakly
+    whole,      ///< nearly all of it: the same anatomy, but for implants, noise, another contrast
+    part,       ///< one bone among other tissue: compared near the object only, fine edges, robust weights
+};
+[[nodiscard]] std::string_view content_name(Content content);  ///< "auto", "whole", "part"
+[[nodiscard]] Content content_from_name(std::string_view name);
+
+/// Where starts are sought besides the one given.
+enum class Search {
+    automatic,  ///< none; near where the content is part
+    none,
+    near,    ///< around the start, within a range
+    global,  ///< all poses with the object's centre in the field of view, turned within a range from the start's
+};
+[[nodiscard]] std::string_view search_name(Search search);  ///< "auto", "none", "near", "global"
+[[nodiscard]] Search search_from_name(std::string_view name);
+
+struct SearchOptions {
+    Search mode = Search::automatic;
+    double range_mm = 0;   ///< near: how far the object may be off; 0 = 20; in [0, 500]
+    double range_deg = 0;  ///< largest turn from the start; 0 = 60 near, 45 global; in [0, 180]
+    int starts = 0;        ///< poses tried; 0 = 6144 near, 8192 global; in [0, 1000000]
+    std::uint64_t seed = 1;
+};
 
 struct RegistrationOptions {
     Method method = Method::automatic;
@@ -26,6 +54,10 @@ struct RegistrationOptions {
     RenderSettings render;
     int levels = 0;  ///< resolutions, each half the next; 0 = until images are about 32 px; in [0, 8]
     int max_iterations_per_level = 100;  ///< in [1, 10000]
+    Content content = Content::automatic;
+    SearchOptions search;
+    bool robust = true;       ///< weigh down what the DRR cannot explain (gauss-newton only)
+    double time_limit_s = 0;  ///< then the best pose so far is returned, as doubtful; 0 = none
     /// Default: the object's centre (centroid of the attenuation).
     std::optional<Eigen::Vector3d> rotation_centre_ct_mm;
     /// Asked before every batch of evaluations; true stops the run: the driver then throws Error(kind cancelled).
@@ -46,6 +78,7 @@ struct LevelReport {
     Eigen::Vector3d spacing_mm = Eigen::Vector3d::Zero();
     std::vector<Eigen::Vector2i> image_sizes_px;
     GradientFilter filter;
+    Content content = Content::whole;
     double cost_initial = 0, cost_final = 0;
     int iterations = 0;
     std::uint64_t evaluations = 0, linearizations = 0;
@@ -55,15 +88,48 @@ struct LevelReport {
     Termination termination = Termination::converged;
 };
 
+/// Another pose that explains the X-rays nearly as well.
+struct Rival {
+    RigidTransform world_from_ct;
+    double cost = 0;          ///< under the weights that the result was chosen by, like SearchReport::cost
+    double shift_mm = 0;      ///< of the object's centre from the result's
+    double rotation_deg = 0;  ///< from the result
+};
+
+struct SearchReport {
+    Search mode = Search::none;  ///< what ran; never automatic
+    int starts = 0;              ///< poses tried
+    int refined = 0;             ///< of these, refined
+    int agreeing = 0;            ///< refined ones that ended at the result
+    double cost = 0;             ///< of the result where the finalists were compared
+    std::vector<Rival> rivals;   ///< distinct other ends, best first
+};
+
+/// How sure the pose is, from leaving parts of the images out (see confidence.h).
+struct Confidence {
+    /// Of the twist (rad, mm) about the object's centre in world; zero where it was not estimated.
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+    double translation_mm = 0;  ///< root of the trace of the translation's covariance
+    double rotation_deg = 0;    ///< root of the trace of the rotation's covariance
+    double rim_mm = 0;          ///< root mean square shift of points of the object: what mTRE to expect
+    Eigen::Vector3d weakest_direction = Eigen::Vector3d::Zero();  ///< of translation, in world; unit
+    double weakest_mm = 0;                                        ///< sigma along it
+};
+
 struct RegistrationResult {
     RigidTransform world_from_ct;
     Method method = Method::steepest_descent;  ///< what ran; never automatic
     std::string method_reason;                 ///< why, if it was chosen
-    double cost_initial = 0, cost_final = 0;   ///< on the finest level: of the start and of the result
+    Content content = Content::whole;          ///< what it was registered as; never automatic
+    std::vector<std::string> decisions;        ///< what the driver chose and why, in order
+    double cost_initial = 0, cost_final = 0;   ///< finest level, final weights: of the start and of the result
     std::vector<double> view_costs;            ///< of the result, per view, finest level
     std::vector<LevelReport> levels;           ///< coarsest first
     std::vector<IterationRecord> history;
     int iterations = 0;
+    int robust_rounds = 0;  ///< how often robust weights were renewed
+    SearchReport search;
+    Confidence confidence;
     SessionCounters counters;  ///< summed over levels
     SessionTiming timing;      ///< summed over levels
     double optimizer_s = 0;    ///< wall time outside prepare and the engine

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/image/volume.h"
+
+namespace raylign {
+
+/// Voxels with begin <= voxel < end on every axis.
+struct VoxelBox {
+    Eigen::Vector3i begin = Eigen::Vector3i::Zero(), end = Eigen::Vector3i::Zero();
+};
+
+/// A box with sides along the axes of ct coordinates; points on its faces are inside.
+struct CtBox {
+    Eigen::Vector3d low_mm = Eigen::Vector3d::Zero(), high_mm = Eigen::Vector3d::Zero();
+};
+
+/// A label per voxel, on a grid of its own.
+struct LabelMap {
+    VoxelGrid grid;
+    std::vector<std::int32_t> labels;  ///< x fastest, grid.voxel_count() values; 0 = background
+};
+
+/// The smallest box of voxels that holds the points with `margin_mm` around each, clipped to the grid: the field
+/// within it is complete. Throws Error for no points, a negative margin, or points all outside the grid.
+[[nodiscard]] VoxelBox box_of_points_mm(const VoxelGrid& grid, std::span<const Eigen::Vector3d> points_ct_mm,
+                                        double margin_mm = 0);
+
+/// The smallest box that holds every voxel with another value than 0. Throws Error where there is none.
+[[nodiscard]] VoxelBox box_of_object(const Volume& volume);
+
+/// The voxels of `box` as a volume of its own, in their place: the new origin is the centre of voxel `box.begin`. The
+/// field outside becomes 0. Cropping to box_of_object leaves the field as it was. Throws Error for a box that is empty
+/// or reaches beyond the grid.
+[[nodiscard]] Volume crop(const Volume& volume, const VoxelBox& box);
+
+/// Sets 0 every voxel below `attenuation_per_mm`.
+void keep_above(Volume& volume, float attenuation_per_mm);
+
+/// Lowers every voxel above `attenuation_per_mm` to it: metal and its artefacts no longer outshine bone.
+void clip_above(Volume& volume, float attenuation_per_mm);
+
+/// Sets 0 every voxel whose centre lies outside `box`. Throws Error where no voxel's centre lies inside, or low > high.
+void keep_inside(Volume& volume, const CtBox& box);
+
+/// Sets 0 every voxel whose label is none of `kept`. A map on another grid gives each voxel the label nearest to its
+/// centre, and 0 beyond its border. Throws Error where a label of `kept` is absent from the map (its message lists
+/// those present), where the map says nothing about the volume (they do not overlap), or for a label of 0.
+void keep_labels(Volume& volume, const LabelMap& map, std::span<const std::int32_t> kept);
+
+}  // namespace raylign

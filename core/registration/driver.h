@@ -1,0 +1,65 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/registration/level.h"
+#include "core/registration/search.h"
+
+namespace raylign {
+
+/// Finds the pose: as which content, from which starts, on which levels. Writes into the run's result; the verdict is
+/// passed elsewhere (verdict.h).
+class Driver {
+public:
+    explicit Driver(RunContext& run) : run_(run), result_(run.result) {}
+
+    void solve();
+
+private:
+    void choose_method();
+    /// Second try, where the volume as a whole explains too little.
+    void try_as_part();
+    [[nodiscard]] std::vector<LevelPlan> plan(Content content);
+
+    /// Coarse to fine from the start.
+    void pyramid(Content content);
+    /// True where a coarse level of the whole already shows that it is a part: the finer ones would be wasted.
+    [[nodiscard]] bool is_hopeless(std::size_t levels, std::size_t i, double cost) const;
+    /// Begins a level with the coarser level's result, unless the start costs less here (a coarse level may have gone
+    /// astray).
+    void take_the_better_start(Level& level, bool has_coarser);
+
+    /// Coarse to fine from many starts.
+    void search_and_finish(Content content, Search mode);
+    [[nodiscard]] std::vector<RigidTransform> starts_of(Search mode) const;
+    [[nodiscard]] double range_mm() const;
+    /// Base weights that are the same for all poses searched.
+    void weigh_for_search(Level& level, Content content, Search mode) const;
+    /// The starts of least cost, refined a little, the best of them refined further.
+    [[nodiscard]] std::vector<Candidate> first_candidates(Level& level, const LevelProblem& problem, Search mode);
+    /// Finalists compared under weights that are fair to each: the mean of the robust weights that each would choose.
+    /// What no finalist explains counts little for any.
+    [[nodiscard]] std::vector<Candidate> ranked_robustly(Level& level, std::vector<Candidate> candidates,
+                                                         const LevelProblem& problem);
+    void report_rivals(const std::vector<Candidate>& candidates, double pixel_mm);
+    /// The winner of a search to its minimum, under the weights it will be judged by.
+    void settle(Level& level, Content content);
+
+    /// Base weights of a part at one level: near `centre` only, gradients evened out.
+    [[nodiscard]] std::vector<Image> part_weights(Level& level, const RigidTransform& centre, double margin_mm) const;
+    /// What the finest level owes once its minimum is found: robust weights, costs, confidence. `coarser` may be null.
+    void finish(Level& level, Level* coarser);
+    [[nodiscard]] bool is_robust(Level& level) const;
+    void make_robust(Level& level);
+
+    RunContext& run_;
+    RegistrationResult& result_;
+};
+
+/// Around the object once its place is known: at the object.
+inline constexpr double kDomainMargin_mm = 12;
+/// Width of the Gaussian that gradients are evened out by, at the object: a cortical edge and its surroundings.
+inline constexpr double kNormalisation_mm = 6;
+
+}  // namespace raylign

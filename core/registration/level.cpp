@@ -1,0 +1,130 @@
+#include "core/registration/level.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/image/pyramid.h"
+
+namespace raylign {
+namespace {
+
+constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that engines must agree on
+constexpr double kToleranceCoarse_px = 2e-2;  // the next level corrects the rest
+constexpr double kCostToleranceFinest = 2e-9;
+constexpr double kCostToleranceCoarse = 1e-6;
+constexpr int kTypicalIterations = 15;  // per level: scales the progress estimate only
+
+void add(SessionTiming& sum, const SessionTiming& t) {
+    sum.prepare_s += t.prepare_s;
+    sum.drr_s += t.drr_s;
+    sum.gradient_s += t.gradient_s;
+    sum.reduction_s += t.reduction_s;
+    sum.transfer_s += t.transfer_s;
+}
+
+void add(SessionCounters& sum, const SessionCounters& c) {
+    sum.evaluations += c.evaluations;
+    sum.linearizations += c.linearizations;
+    sum.bytes_to_host += c.bytes_to_host;
+}
+
+}  // namespace
+
+void RunContext::check_hooks() const {
+    if (options.cancelled && options.cancelled()) throw Error("stopped by the caller", ErrorKind::cancelled);
+    if (options.time_limit_s > 0 && elapsed_s() > options.time_limit_s) throw TimeIsUp{};
+}
+
+double level_work(const LevelPlan& plan) {
+    // Halving images by 2 leaves a quarter of the rays; halving the volume, half of the samples on each.
+    return std::exp2(-2.0 * plan.image_halvings.front() - plan.volume_halvings) * kTypicalIterations;
+}
+
+Level::Level(RunContext& run, const LevelPlan& plan, Content content)
+    : run_(run), plan_(plan), index_(run.levels_made++) {
+    for (int i = 0; i < plan.volume_halvings; ++i) halved_ = half_resolution(i == 0 ? run.volume : halved_);
+    const Volume& volume = plan.volume_halvings > 0 ? halved_ : run.volume;
+    for (std::size_t v = 0; v < run.views.size(); ++v) {
+        views_.push_back(run.views[v]);
+        for (int i = 0; i < plan.image_halvings[v]; ++i) views_.back() = half_resolution(views_.back());
+    }
+    session_ = run.backend.prepare({volume, views_, run.options.render, {run.options.similarity.metric, plan.filter}});
+    report_.volume_size = volume.grid.size;
+    report_.spacing_mm = volume.grid.spacing_mm;
+    for (const View& view : views_) report_.image_sizes_px.push_back(view.geometry.camera.size_px);
+    report_.filter = plan.filter;
+    report_.content = content;
+    report_.volume_bytes = session_->volume_bytes();
+}
+
+Level::~Level() {
+    RegistrationResult& result = run_.result;
+    report_.evaluations = session_->counters().evaluations;
+    report_.linearizations = session_->counters().linearizations;
+    report_.time_s = std::chrono::duration<double>(RunContext::Clock::now() - begin_).count();
+    result.iterations += report_.iterations;
+    add(result.counters, session_->counters());
+    add(result.timing, session_->timing());
+    result.levels.push_back(std::move(report_));
+}
+
+double Level::cost(const RigidTransform& world_from_ct) {
+    double cost = 0;
+    session_->evaluate({&world_from_ct, 1}, {&cost, 1});
+    return cost;
+}
+
+LevelProblem Level::problem(const RigidTransform& start, bool finest) {
+    return {.session = *session_,
+            .start_world_from_ct = start,
+            .extent = run_.extent,
+            .pixel_at_object_mm = plan_.pixel_at_object_mm,
+            .initial_step_mm = plan_.pixel_at_object_mm,
+            .step_tolerance_mm = (finest ? kToleranceFinest_px : kToleranceCoarse_px) * plan_.pixel_at_object_mm,
+            .cost_tolerance = finest ? kCostToleranceFinest : kCostToleranceCoarse,
+            .max_iterations = run_.options.max_iterations_per_level,
+            .before_batch = [this] { run_.check_hooks(); }};
+}
+
+LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double initial_step_mm) {
+    LevelProblem work = problem(start, finest);
+    work.initial_step_mm = initial_step_mm;
+    const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) { return record(step, pose); };
+    const LevelOutcome found = run_method(run_.result.method, work, on_step);
+    if (found.termination == Termination::stopped) throw Error("stopped by the caller", ErrorKind::cancelled);
+    run_.result.world_from_ct = found.world_from_ct;
+    report_.cost_final = found.cost;
+    report_.iterations += found.iterations;
+    report_.termination = found.termination;
+    return found;
+}
+
+bool Level::record(const OptimizerStep& step, const RigidTransform& pose) {
+    RegistrationResult& result = run_.result;
+    result.history.push_back({index_, report_.iterations + step.iteration, step.cost, step.length, pose});
+    result.world_from_ct = pose;
+    result.cost_final = step.cost;
+    if (!run_.progress) return true;
+    const double share = std::min(1.0, static_cast<double>(step.iteration) / (kTypicalIterations + step.iteration));
+    const double fraction = std::min(1.0, (run_.done_work + share * level_work(plan_)) / run_.total_work);
+    return run_.progress({.level = index_,
+                          .levels = run_.level_count,
+                          .iteration = step.iteration,
+                          .cost = step.cost,
+                          .fraction = fraction,
+                          .remaining_s = run_.elapsed_s() * (1 - fraction) / std::max(fraction, 1e-3)});
+}
+
+void Level::check_overlap() {
+    const std::vector<MomentSums> sums = session_->moment_sums({&run_.start, 1});
+    const auto channels = static_cast<std::ptrdiff_t>(session_->channel_count());
+    for (std::size_t v = 0; v < session_->view_count(); ++v) {
+        const auto first = sums.begin() + static_cast<std::ptrdiff_t>(v) * channels;
+        if (!std::all_of(first, first + channels, moving_is_constant)) continue;
+        throw Error("start pose: the DRR misses the detector of view " + run_.views[v].name +
+                    " (nothing of the volume is projected onto its usable pixels)");
+    }
+}
+
+}  // namespace raylign

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "core/registration/level_methods.h"
+#include "core/registration/levels.h"
+#include "core/registration/registration.h"
+
+namespace raylign {
+
+/// Thrown between batches when the time limit is over; never leaves register_volume.
+struct TimeIsUp {};
+
+/// What all parts of one registration share.
+struct RunContext {
+    using Clock = std::chrono::steady_clock;
+
+    const Volume& volume;
+    std::span<const View> views;
+    const RegistrationOptions& options;
+    Backend& backend;
+    const ProgressCallback& progress;
+    ObjectExtent extent;
+    RigidTransform start;
+    RegistrationResult result{};
+    Clock::time_point begin = Clock::now();
+    double total_work = 1, done_work = 0;  ///< in units of level_work
+    int level_count = 1;                   ///< planned so far
+    int levels_made = 0;
+
+    [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+    /// Before every batch. Throws Error(cancelled) or TimeIsUp.
+    void check_hooks() const;
+};
+
+/// Share of a level in the time of a run, in arbitrary units.
+[[nodiscard]] double level_work(const LevelPlan& plan);
+
+/// One resolution, resident on the engine. What it counted is added to the result when it ends.
+class Level {
+public:
+    Level(RunContext& run, const LevelPlan& plan, Content content);
+    ~Level();
+    Level(const Level&) = delete;
+    Level& operator=(const Level&) = delete;
+
+    [[nodiscard]] Session& session() { return *session_; }
+    [[nodiscard]] const LevelPlan& plan() const { return plan_; }
+    [[nodiscard]] LevelReport& report() { return report_; }
+    [[nodiscard]] double cost(const RigidTransform& world_from_ct);
+    [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest);
+    /// The method of the run from `start`; records its steps, moves result.world_from_ct, adds to the report.
+    LevelOutcome optimize(const RigidTransform& start, bool finest, double initial_step_mm);
+    /// Throws Error where the DRR at the start misses a view.
+    void check_overlap();
+
+private:
+    bool record(const OptimizerStep& step, const RigidTransform& pose);
+
+    RunContext& run_;
+    LevelPlan plan_;
+    int index_;
+    Volume halved_;
+    std::vector<View> views_;
+    std::unique_ptr<Session> session_;
+    LevelReport report_;
+    RunContext::Clock::time_point begin_ = RunContext::Clock::now();
+};
+
+}  // namespace raylign

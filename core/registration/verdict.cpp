@@ -1,0 +1,81 @@
+#include "core/registration/verdict.h"
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace raylign {
+namespace {
+
+constexpr double kWeakCost_whole = 0.5;  // a mean correlation below one half: the DRR explains too little
+constexpr double kWeakCost_part = 0.8;   // other tissue is expected, but this is what unrelated edges reach
+constexpr double kTestedShift_mm = 60;   // how far starts without a search have been tested
+constexpr double kTestedTurn_rad = 0.8;  // 45 degrees
+constexpr double kRivalMargin = 0.015;   // of cost: the gap that noise can close
+constexpr double kLargestRim_mm = 1.5;   // an expected error above this is not a registration
+
+template <class... Values>
+std::string text(const char* format, Values... values) {
+    char buffer[256];
+    std::snprintf(buffer, sizeof buffer, format, values...);
+    return buffer;
+}
+
+void doubt_the_end(const RegistrationResult& result, std::vector<std::string>& reasons) {
+    const LevelReport& last = result.levels.back();
+    if (last.termination != Termination::converged) {
+        reasons.push_back("the finest level ended by " + std::string(termination_name(last.termination)) + " after " +
+                          std::to_string(last.iterations) + " iterations");
+    }
+    if (!(result.cost_final <= result.cost_initial)) reasons.push_back("the result's cost is not below the start's");
+}
+
+void doubt_weak_views(const RegistrationResult& result, std::span<const View> views,
+                      std::vector<std::string>& reasons) {
+    const double limit = result.content == Content::part ? kWeakCost_part : kWeakCost_whole;
+    for (std::size_t v = 0; v < result.view_costs.size(); ++v) {
+        if (result.view_costs[v] < limit) continue;
+        reasons.push_back("view " + views[v].name + " correlates weakly with its DRR" +
+                          text(" (cost %.2f, unrelated images have about 1)", result.view_costs[v]));
+    }
+}
+
+void doubt_far_ends(const RegistrationResult& result, const RigidTransform& start, const ObjectExtent& extent,
+                    std::vector<std::string>& reasons) {
+    if (result.search.mode != Search::none) return;  // a search has looked around
+    const RigidTransform moved = result.world_from_ct * inverse(start);
+    const Eigen::Vector3d centre_mm = start * extent.centre_ct_mm;
+    const double shift_mm = (moved * centre_mm - centre_mm).norm(), turn_rad = rotation_angle_rad(moved);
+    if (shift_mm <= kTestedShift_mm && turn_rad <= kTestedTurn_rad) return;
+    reasons.push_back(
+        text("the result is far from the start (%.1f mm, %.1f deg): beyond the range in which the method "
+             "has been tested",
+             shift_mm, turn_rad * 180 / std::numbers::pi));
+}
+
+void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& reasons) {
+    for (const Rival& rival : result.search.rivals) {
+        if (rival.cost - result.search.cost > kRivalMargin) continue;
+        reasons.push_back(
+            text("a rival explains the X-rays nearly as well: %.1f mm and %.1f deg away, cost %.4f "
+                 "against %.4f",
+                 rival.shift_mm, rival.rotation_deg, rival.cost, result.search.cost));
+    }
+}
+
+}  // namespace
+
+std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
+                                const RigidTransform& start, const ObjectExtent& extent) {
+    std::vector<std::string> reasons;
+    doubt_the_end(result, reasons);
+    doubt_weak_views(result, views, reasons);
+    doubt_far_ends(result, start, extent, reasons);
+    doubt_rivals(result, reasons);
+    if (result.confidence.rim_mm > kLargestRim_mm) {
+        reasons.push_back(text("the pose is poorly determined: expected error %.1f mm", result.confidence.rim_mm));
+    }
+    return reasons;
+}
+
+}  // namespace raylign

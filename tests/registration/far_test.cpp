@@ -1,0 +1,145 @@
+// Searches, content mismatch, time limit, confidence: on the spine phantom, where every edge is exact.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "backends/registry.h"
+#include "core/error.h"
+#include "core/evaluation/mismatch.h"
+#include "core/evaluation/targets.h"
+#include "core/image/region.h"
+#include "core/registration/registration.h"
+#include "core/registration/search.h"
+#include "tests/support/scenes.h"
+
+namespace raylign {
+namespace {
+
+/// A spine of 1.25 mm voxels, exact X-rays of it with photon noise.
+struct SpineCase {
+    explicit SpineCase(double photons = 1e6) {
+        views = test::with_exact_images(test::biplane_views(128), spine_phantom({160, 160, 160}), truth, photons);
+    }
+    [[nodiscard]] RegistrationResult run(const RigidTransform& start, const RegistrationOptions& options = {}) {
+        return register_volume(volume, views, start, options, *backend);
+    }
+    [[nodiscard]] double mtre_mm(const RigidTransform& pose) const {
+        return mean_target_error_mm(pose, truth, default_targets_ct_mm(volume));
+    }
+    Volume volume = test::spine_volume(128);
+    RigidTransform truth = test::oblique_pose();
+    std::vector<View> views;
+    std::unique_ptr<Backend> backend = create_backend("cpu").backend;
+};
+
+/// The middle of the spine without soft tissue, as a box and a bone threshold cut it.
+Volume one_vertebra(const Volume& spine) {
+    Volume bone = crop(spine, {{36, 40, 44}, {92, 112, 84}});
+    for (float& v : bone.attenuation_per_mm) v = std::max(0.F, v - 0.0215F);
+    return bone;
+}
+
+TEST(GlobalSearch, FindsTheSpineWithoutAStart) {
+    SpineCase c;
+    // Nominal: turned by 20 degrees and 60 mm away; the search only needs to know that it is in view.
+    Twist twist;
+    twist << 0.2, 0.2, -0.2, 40, -30, 35;
+    const RegistrationResult found =
+        c.run(exp(twist) * c.truth, {.search = {.mode = Search::global, .range_deg = 40, .starts = 4096}});
+    EXPECT_LT(c.mtre_mm(found.world_from_ct), 0.6);
+    EXPECT_TRUE(found.ok) << (found.reasons.empty() ? "" : found.reasons.front());
+    EXPECT_EQ(found.search.mode, Search::global);
+    EXPECT_EQ(found.search.starts, 4096);
+    EXPECT_GE(found.search.agreeing, 1);
+}
+
+TEST(PartOfTheXray, OneVertebraIsFoundAmongTheOthers) {
+    SpineCase c;
+    c.volume = one_vertebra(c.volume);
+    const RigidTransform start = perturbed_start(c.truth, default_targets_ct_mm(c.volume), 8, 3);
+    const RegistrationResult found = c.run(start);
+    EXPECT_EQ(found.content, Content::part);
+    EXPECT_FALSE(found.decisions.empty());
+    EXPECT_LT(c.mtre_mm(found.world_from_ct), 2);
+    EXPECT_EQ(found.search.mode, Search::near);
+    EXPECT_GT(found.search.starts, 1000);
+}
+
+TEST(PartOfTheXray, IsTakenAtItsWordWhenAskedFor) {
+    SpineCase c;
+    const RegistrationResult whole = c.run(c.truth, {.content = Content::whole});
+    const RegistrationResult part = c.run(c.truth, {.content = Content::part, .search = {.mode = Search::none}});
+    EXPECT_EQ(whole.content, Content::whole);
+    EXPECT_EQ(part.content, Content::part);
+    EXPECT_EQ(part.search.mode, Search::none);
+    EXPECT_LT(part.levels.back().filter.sigma_px, whole.levels.back().filter.sigma_px);
+}
+
+TEST(RobustWeights, BringAResultCloserWhereMetalCrossesTheSpine) {
+    SpineCase c;
+    Volume actual = c.volume;
+    add_rod(actual, {{-30, 10, -60}, {-12, 14, 60}, 4, 0.25});
+    add_rod(actual, {{25, 20, -50}, {18, 8, 55}, 4, 0.25});
+    const auto session = c.backend->prepare({actual, c.views, {Projector::trilinear, 0.4}, {}});
+    for (std::size_t v = 0; v < c.views.size(); ++v) c.views[v].image = session->render(c.truth, v);
+    const RigidTransform start = perturbed_start(c.truth, default_targets_ct_mm(c.volume), 6, 1);
+    const RegistrationResult plain = c.run(start, {.content = Content::whole, .robust = false});
+    const RegistrationResult robust = c.run(start, {.content = Content::whole});
+    EXPECT_EQ(plain.robust_rounds, 0);
+    EXPECT_GT(robust.robust_rounds, 0);
+    EXPECT_LT(c.mtre_mm(robust.world_from_ct), 0.6 * c.mtre_mm(plain.world_from_ct));
+}
+
+TEST(TimeLimit, ReturnsTheBestSoFarAndDoubtsIt) {
+    SpineCase c;
+    const RigidTransform start = perturbed_start(c.truth, default_targets_ct_mm(c.volume), 8, 1);
+    const RegistrationResult found = c.run(start, {.time_limit_s = 1e-6});
+    EXPECT_FALSE(found.ok);
+    ASSERT_FALSE(found.reasons.empty());
+    EXPECT_NE(found.reasons.front().find("time limit"), std::string::npos);
+    EXPECT_LE(c.mtre_mm(found.world_from_ct), 8.5);
+}
+
+TEST(SameInput, SameBits) {
+    SpineCase c;
+    c.volume = one_vertebra(c.volume);
+    const RigidTransform start = perturbed_start(c.truth, default_targets_ct_mm(c.volume), 5, 3);
+    const RegistrationOptions options{.search = {.mode = Search::near, .starts = 200}};
+    const RegistrationResult a = c.run(start, options), b = c.run(start, options);
+    EXPECT_EQ((to_matrix(a.world_from_ct) - to_matrix(b.world_from_ct)).norm(), 0);
+    EXPECT_EQ(a.cost_final, b.cost_final);
+}
+
+TEST(Confidence, GrowsWithNoiseAndKnowsTheWeakDirection) {
+    SpineCase quiet(1e7), noisy(1e4);
+    const RegistrationResult a = quiet.run(quiet.truth), b = noisy.run(noisy.truth);
+    EXPECT_GT(a.confidence.rim_mm, 0);
+    EXPECT_GT(b.confidence.rim_mm, 2 * a.confidence.rim_mm);
+    noisy.views.resize(1);
+    const RegistrationResult single = noisy.run(noisy.truth);
+    // The AP view looks along y: depth is what one view hardly sees.
+    EXPECT_GT(std::abs(single.confidence.weakest_direction.y()), 0.95);
+    EXPECT_GT(single.confidence.weakest_mm, 2 * b.confidence.weakest_mm);
+}
+
+TEST(FarOptions, OutOfRangeAreErrors) {
+    SpineCase c;
+    EXPECT_THROW((void)c.run(c.truth, {.search = {.range_mm = -1}}), Error);
+    EXPECT_THROW((void)c.run(c.truth, {.search = {.range_deg = 181}}), Error);
+    EXPECT_THROW((void)c.run(c.truth, {.search = {.starts = 1000001}}), Error);
+    EXPECT_THROW((void)c.run(c.truth, {.time_limit_s = std::nan("")}), Error);
+}
+
+TEST(Names, GoThereAndBack) {
+    for (const char* name : {"auto", "gauss-newton", "steepest-descent", "bobyqa"}) {
+        EXPECT_EQ(method_name(method_from_name(name)), name);
+    }
+    for (const char* name : {"auto", "whole", "part"}) EXPECT_EQ(content_name(content_from_name(name)), name);
+    for (const char* name : {"auto", "none", "near", "global"}) EXPECT_EQ(search_name(search_from_name(name)), name);
+    EXPECT_THROW((void)search_from_name("far"), Error);
+    EXPECT_THROW((void)content_from_name(""), Error);
+}
+
+}  // namespace
+}  // namespace raylign
