@@ -186,4 +186,43 @@ void keep_labels(Volume& volume, const LabelMap& map, std::span<const std::int32
     if (covered == 0) throw Error("the label map and the CT do not overlap: " + extent_text(volume.grid));
 }
 
+void contrast_above(Volume& volume, float attenuation_per_mm) {
+    for (float& voxel : volume.attenuation_per_mm) voxel = std::max(0.F, voxel - attenuation_per_mm);
+}
+
+namespace {
+
+/// Multiplies every voxel by the product over axes of min(1, distance / width); distance_mm(x, y, z) gives the three
+/// smaller distances to a face.
+template <class Distance>
+void fade(Volume& volume, double width_mm, const Distance& distance_mm) {
+    if (!(width_mm > 0)) throw bad_value("fading width", std::to_string(width_mm) + " mm", "positive");
+    const Eigen::Vector3i& n = volume.grid.size;
+    for (int z = 0; z < n.z(); ++z) {
+        for (int y = 0; y < n.y(); ++y) {
+            for (int x = 0; x < n.x(); ++x) {
+                const Eigen::Array3d inside = (distance_mm(x, y, z) / width_mm).max(0.0).min(1.0);
+                volume.attenuation_per_mm[volume.index(x, y, z)] *= static_cast<float>(inside.prod());
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void fade_faces(Volume& volume, const CtBox& box, double width_mm) {
+    fade(volume, width_mm, [&](int x, int y, int z) -> Eigen::Array3d {
+        const Eigen::Vector3d at_mm = volume.grid.ct_from_voxel({1.0 * x, 1.0 * y, 1.0 * z});
+        return (at_mm - box.low_mm).array().min((box.high_mm - at_mm).array());
+    });
+}
+
+void fade_sides(Volume& volume, double width_mm) {
+    const Eigen::Array3d n = volume.grid.size.cast<double>().array(), spacing_mm = volume.grid.spacing_mm.array();
+    fade(volume, width_mm, [&](int x, int y, int z) -> Eigen::Array3d {
+        const Eigen::Array3d voxel(x, y, z);
+        return (voxel + 0.5).min(n - 0.5 - voxel) * spacing_mm;
+    });
+}
+
 }  // namespace raylign

@@ -41,11 +41,22 @@ struct LabelMap {
 /// Sets 0 every voxel below `attenuation_per_mm`.
 void keep_above(Volume& volume, float attenuation_per_mm);
 
+/// Sets every voxel to what it exceeds `attenuation_per_mm` by, at least 0: bone's contrast to the soft tissue around
+/// it, which is what an X-ray of the whole body shows of it, without the jump at its surface that keep_above makes.
+void contrast_above(Volume& volume, float attenuation_per_mm);
+
 /// Lowers every voxel above `attenuation_per_mm` to it: metal and its artefacts no longer outshine bone.
 void clip_above(Volume& volume, float attenuation_per_mm);
 
 /// Sets 0 every voxel whose centre lies outside `box`. Throws Error where no voxel's centre lies inside, or low > high.
 void keep_inside(Volume& volume, const CtBox& box);
+
+/// Fades tissue out towards the faces that cut it, linearly over `width_mm`: a voxel at distance d inside a face is
+/// multiplied by min(1, d / width_mm), for each face near it. A cut face is an edge that no X-ray shows. The first
+/// fades towards the faces of `box`, the second towards the outermost voxels' outer sides. Throws Error for a width
+/// that is not positive.
+void fade_faces(Volume& volume, const CtBox& box, double width_mm);
+void fade_sides(Volume& volume, double width_mm);
 
 /// Sets 0 every voxel whose label is none of `kept`. A map on another grid gives each voxel the label nearest to its
 /// centre, and 0 beyond its border. Throws Error where a label of `kept` is absent from the map (its message lists

@@ -18,7 +18,7 @@ constexpr double kHopelessCost = 0.7;      // on the coarsest level, where noise
 constexpr double kRobustFrom_cost = 0.02;  // below, noise is all that is left: weights would only cost time
 constexpr int kRobustRounds = 3;
 constexpr double kRobustSettled_px = 0.02;  // a renewal that moves the object's rim less is the last
-constexpr double kPartFilterShare = 0.25;   // of the filter's width: a bone's fine edges are its own, wide ones are not
+constexpr double kFineFilterShare = 0.25;   // of the filter's width: a bone's fine edges are its own, wide ones are not
 constexpr double kLeastSigma_px = 0.5;
 
 }  // namespace
@@ -57,12 +57,17 @@ void Driver::try_as_part() {
     }
 }
 
-std::vector<LevelPlan> Driver::plan(Content content) {
+GradientFilter Driver::filter_of(bool fine) const {
     GradientFilter filter = run_.options.similarity.filter;
-    if (content == Content::part) {
-        filter.sigma_px = std::max(kLeastSigma_px, filter.sigma_px * kPartFilterShare);
+    if (fine) {
+        filter.sigma_px = std::max(kLeastSigma_px, filter.sigma_px * kFineFilterShare);
         filter.radius_px = std::max(2, static_cast<int>(std::ceil(3 * filter.sigma_px)));
     }
+    return filter;
+}
+
+std::vector<LevelPlan> Driver::plan(Content content) {
+    const GradientFilter filter = filter_of(content == Content::part);
     std::vector<LevelPlan> levels =
         plan_levels(run_.volume, run_.views, run_.start, run_.extent, filter, run_.options.levels);
     run_.total_work = run_.done_work;
@@ -93,7 +98,7 @@ void Driver::pyramid(Content content) {
             return;
         }
         if (is_hopeless(levels.size(), i, found.cost)) return;
-        if (i + 1 == levels.size()) finish(*level, coarser.get());
+        if (i + 1 == levels.size()) finish_as_it_needs(*level, coarser.get());
         coarser.reset();  // reports come in order
         coarser = std::move(level);
     }
@@ -119,6 +124,26 @@ std::vector<Image> Driver::part_weights(Level& level, const RigidTransform& cent
         level.session(), centre, static_cast<int>(std::ceil(margin_mm * px)) + level.plan().filter.radius_px);
     multiply(base, local_normalisation(level.session(), kNormalisation_mm * px));
     return base;
+}
+
+void Driver::finish_as_it_needs(Level& level, Level* coarser) {
+    const bool explains_all = result_.content == Content::part || !is_robust(level);
+    if (explains_all || run_.options.similarity.metric != Metric::gc) {
+        finish(level, coarser);
+        return;
+    }
+    result_.decisions.push_back(
+        "finished with a fine filter and evened-out gradients: the DRR leaves a part of the X-ray unexplained "
+        "(cost " +
+        std::to_string(level.report().cost_final) + ")");
+    LevelPlan plan = level.plan();
+    plan.filter = filter_of(true);
+    ++run_.level_count;
+    Level fine(run_, plan, result_.content);
+    fine.session().set_weights(local_normalisation(fine.session(), kNormalisation_mm / plan.pixel_at_object_mm));
+    fine.report().cost_initial = fine.cost(result_.world_from_ct);
+    fine.optimize(result_.world_from_ct, true, plan.pixel_at_object_mm);
+    finish(fine, nullptr);
 }
 
 void Driver::finish(Level& level, Level* coarser) {

@@ -43,7 +43,7 @@ void Driver::search_and_finish(Content content, Search mode) {
             result_.world_from_ct = candidates.front().world_from_ct;
             report_rivals(candidates, levels[i].pixel_at_object_mm);
             settle(*level, content);
-            finish(*level, coarser.get());
+            finish_as_it_needs(*level, coarser.get());
         }
         coarser.reset();  // reports come in order
         coarser = std::move(level);

@@ -199,5 +199,32 @@ TEST(KeepLabels, AnAbsentLabelListsThosePresent) {
                 HasSubstr("do not overlap"));
 }
 
+TEST(ContrastAbove, KeepsWhatExceedsAndHasNoJump) {
+    Volume volume{{}, {0.01F, 0.02F, 0.0201F, 0.05F}};
+    volume.grid.size = {4, 1, 1};
+    contrast_above(volume, 0.02F);
+    EXPECT_EQ(volume(0, 0, 0), 0);
+    EXPECT_EQ(volume(1, 0, 0), 0);
+    EXPECT_NEAR(volume(2, 0, 0), 0.0001, 1e-8);
+    EXPECT_NEAR(volume(3, 0, 0), 0.03, 1e-8);
+}
+
+TEST(Fade, FallsLinearlyTowardsTheFacesOnly) {
+    Volume volume{{}, std::vector<float>(11 * 11 * 11, 1.F)};
+    volume.grid.size = {11, 11, 11};
+    volume.grid.spacing_mm = {2, 2, 2};
+    Volume by_sides = volume;
+    fade_faces(volume, {{-1, -1, -1}, {21, 21, 21}}, 4);  // the outer sides of the outermost voxels
+    EXPECT_EQ(volume(5, 5, 5), 1);
+    EXPECT_NEAR(volume(0, 5, 5), 0.25, 1e-6);
+    EXPECT_NEAR(volume(5, 5, 9), 0.75, 1e-6);
+    EXPECT_NEAR(volume(0, 10, 5), 0.0625, 1e-6);
+    fade_sides(by_sides, 4);
+    for (std::size_t i = 0; i < volume.attenuation_per_mm.size(); ++i) {
+        ASSERT_NEAR(by_sides.attenuation_per_mm[i], volume.attenuation_per_mm[i], 1e-6);
+    }
+    EXPECT_THROW(fade_sides(volume, 0), Error);
+}
+
 }  // namespace
 }  // namespace raylign
