@@ -79,7 +79,7 @@ void summarise(Confidence& confidence, double radius_mm) {
 
 }  // namespace
 
-Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct) {
+Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct, double calibration) {
     std::vector<Image> weights;
     for (std::size_t v = 0; v < problem.session.view_count(); ++v) {
         weights.push_back(problem.session.fixed_channels(v).weights);
@@ -96,8 +96,7 @@ Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_fr
     problem.session.set_weights(weights);
     if (!steps.allFinite()) return confidence;
     const Twists deviations = steps.colwise() - steps.rowwise().mean();
-    confidence.covariance = kConfidenceCalibration * kConfidenceCalibration * (kGroups - 1.0) / kGroups * deviations *
-                            deviations.transpose();
+    confidence.covariance = calibration * calibration * (kGroups - 1.0) / kGroups * deviations * deviations.transpose();
     summarise(confidence, problem.extent.radius_mm);
     return confidence;
 }

@@ -15,7 +15,7 @@ namespace {
 constexpr double kInitialStep_px = 2;      // on the coarsest level; finer ones start where the coarser one ended
 constexpr double kWeakCost = 0.5;          // a mean correlation below one half: the volume explains too little
 constexpr double kHopelessCost = 0.7;      // on the coarsest level, where noise is averaged away
-constexpr double kRobustFrom_cost = 0.02;  // below, noise is all that is left: weights would only cost time
+constexpr double kRobustFrom_cost = 0.005;  // below, noise is all that is left: weights would only cost time
 constexpr int kRobustRounds = 3;
 constexpr double kRobustSettled_px = 0.02;  // a renewal that moves the object's rim less is the last
 constexpr double kFineFilterShare = 0.25;   // of the filter's width: a bone's fine edges are its own, wide ones are not
@@ -159,7 +159,8 @@ void Driver::finish(Level& level, Level* coarser) {
     result_.cost_final = level.report().cost_final = level.cost(result_.world_from_ct);
     if (result_.method == Method::gauss_newton) {
         Level& used = coarser ? *coarser : level;
-        result_.confidence = jackknife(used.problem(result_.world_from_ct, false), result_.world_from_ct);
+        result_.confidence = jackknife(used.problem(result_.world_from_ct, false), result_.world_from_ct,
+                                       is_robust(level) ? kCalibration_mismatch : kCalibration_explained);
     }
 }
 

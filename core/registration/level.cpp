@@ -55,11 +55,12 @@ Level::Level(RunContext& run, const LevelPlan& plan, Content content)
     for (const View& view : views_) report_.image_sizes_px.push_back(view.geometry.camera.size_px);
     report_.filter = plan.filter;
     report_.content = content;
-    report_.volume_bytes = session_->volume_bytes();
 }
 
 Level::~Level() {
     RegistrationResult& result = run_.result;
+    report_.volume_bytes = session_->volume_bytes();  // now that rays have asked for all copies that they need
+    report_.volume_layout = session_->volume_layout();
     report_.evaluations = session_->counters().evaluations;
     report_.linearizations = session_->counters().linearizations;
     report_.time_s = std::chrono::duration<double>(RunContext::Clock::now() - begin_).count();

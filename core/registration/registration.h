@@ -83,7 +83,8 @@ struct LevelReport {
     int iterations = 0;
     std::uint64_t evaluations = 0, linearizations = 0;
     bool restarted = false;        ///< the start's cost was lower than that of the coarser level's result
-    std::size_t volume_bytes = 0;  ///< the engine's own copy
+    std::size_t volume_bytes = 0;  ///< the engine's own copies
+    std::string volume_layout;     ///< how it keeps them (Session::volume_layout)
     double time_s = 0;
     Termination termination = Termination::converged;
 };

@@ -79,8 +79,8 @@ TEST(PartOfTheXray, IsTakenAtItsWordWhenAskedFor) {
 TEST(RobustWeights, BringAResultCloserWhereMetalCrossesTheSpine) {
     SpineCase c;
     Volume actual = c.volume;
-    add_rod(actual, {{-30, 10, -60}, {-12, 14, 60}, 4, 0.25});
-    add_rod(actual, {{25, 20, -50}, {18, 8, 55}, 4, 0.25});
+    add_rod(actual, {{-30, 10, -60}, {-12, 14, 60}, 2.5, 0.2});
+    add_rod(actual, {{25, 20, -50}, {18, 8, 55}, 2.5, 0.2});
     const auto session = c.backend->prepare({actual, c.views, {Projector::trilinear, 0.4}, {}});
     for (std::size_t v = 0; v < c.views.size(); ++v) c.views[v].image = session->render(c.truth, v);
     const RigidTransform start = perturbed_start(c.truth, default_targets_ct_mm(c.volume), 6, 1);
@@ -112,7 +112,7 @@ TEST(SameInput, SameBits) {
 }
 
 TEST(Confidence, GrowsWithNoiseAndKnowsTheWeakDirection) {
-    SpineCase quiet(1e7), noisy(1e4);
+    SpineCase quiet(1e7), noisy(200);
     const RegistrationResult a = quiet.run(quiet.truth), b = noisy.run(noisy.truth);
     EXPECT_GT(a.confidence.rim_mm, 0);
     EXPECT_GT(b.confidence.rim_mm, 2 * a.confidence.rim_mm);
