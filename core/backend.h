@@ -59,8 +59,8 @@ public:
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    /// Cost per pose: the mean over views of view_cost, weighted by View::cost_weight, in [0, 2]. Sizes of both spans must agree.
-    /// Throws Error for a non-finite pose; a NaN cost is returned as such and is the caller's to stop on.
+    /// Cost per pose: the mean over views of view_cost, weighted by View::cost_weight, in [0, 2]. Sizes of both spans
+    /// must agree. Throws Error for a non-finite pose; a NaN cost is returned as such and is the caller's to stop on.
     void evaluate(std::span<const RigidTransform> world_from_ct, std::span<double> costs);
 
     /// Cost, gradient and Gauss-Newton matrix per pose, with respect to a twist (rad, mm) about the point
@@ -91,6 +91,8 @@ public:
     [[nodiscard]] const SessionCounters& counters() const { return counters_; }
     /// Bytes that the engine's own copy of the volume takes.
     [[nodiscard]] virtual std::size_t volume_bytes() const = 0;
+    /// How it keeps them, for people: the storage, and what else there is to say.
+    [[nodiscard]] virtual std::string volume_layout() const { return "float32"; }
 
 protected:
     /// Checks the scene (see check_scene) and keeps its geometry.
@@ -129,7 +131,11 @@ struct BackendInfo {
     std::string summary;  ///< one line for people
     std::string device;   ///< processor or GPU
     int threads = 1;
-    std::string instruction_set;  ///< of a CPU engine; empty otherwise
+    std::string instruction_set;          ///< of a CPU engine; empty otherwise
+    std::string storage = "float32";      ///< how voxels are kept: float32 or int16
+    std::string interpolation = "exact";  ///< exact, or hardware: texture filters, with 8-bit fractions on GPUs
+    std::string timing = "wall clock";    ///< what SessionTiming comes from: wall clock, or timer queries of a GPU
+    bool has_derivatives = true;          ///< false: linearize throws
 };
 
 class Backend {

@@ -22,6 +22,19 @@ inline bool is_required(const std::string& name) {
     return false;
 }
 
+/// Options under which an engine is held to the float tolerances: float voxels, interpolated in the shader. What
+/// texture filters and 16-bit voxels do is tested in tests/gl.
+inline BackendOptions parity_options(const std::string& name) {
+    if (name == "gl" || name == "gl-2006") return {.storage = "float32", .interpolation = "exact"};
+    return {};
+}
+
+/// A backend's name as GoogleTest takes it: letters and digits only.
+inline std::string test_name(std::string name) {
+    std::erase(name, '-');
+    return name;
+}
+
 }  // namespace raylign::test
 
 /// Makes the backend `wanted` into `variable`; skips with the reason where it cannot run here, or fails where it is
@@ -29,7 +42,7 @@ inline bool is_required(const std::string& name) {
 #define RAYLIGN_MAKE_BACKEND(variable, wanted)                                                          \
     std::unique_ptr<raylign::Backend> variable;                                                         \
     try {                                                                                               \
-        variable = raylign::create_backend(wanted).backend;                                             \
+        variable = raylign::create_backend(wanted, raylign::test::parity_options(wanted)).backend;      \
     } catch (const raylign::Error& error) {                                                             \
         if (raylign::test::is_required(wanted)) FAIL() << (wanted) << " is required: " << error.what(); \
         GTEST_SKIP() << error.what();                                                                   \

@@ -1,0 +1,288 @@
+#include "backends/gl/paper_pipeline.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "backends/gl/programs.h"
+
+namespace raylign::gl {
+namespace {
+
+enum TextureUnit : GLuint { kFirstUnit = 4, kSecondUnit = 5 };  ///< after the volume's
+enum SliceUniform : GLint { kFirstSlice = 1 };
+constexpr GLuint kDrawBinding = 2;  ///< slice.frag
+enum ReduceUniform : GLint { kChannel = 0, kSize = 1, kLevel = 2 };
+
+constexpr int kResultsWide = 2048;  ///< results are laid out in rows of this many
+constexpr double kDraw_ms = 50;     ///< half of what one submission may take
+
+/// As DrawBlock in slice.frag.
+struct DrawData {
+    shared::FrameData frame;
+    shared::ViewData view;
+};
+static_assert(sizeof(DrawData) == 112);
+
+/// Distances from the source that the box may lie at, as numbers of steps. A point's distance is at least its depth.
+PaperPipeline::SliceRange shells(const RayFrame& frame, const VoxelGrid& grid, const VoxelBox& box, double step_mm) {
+    Eigen::Matrix3d voxel_from_ray;
+    voxel_from_ray << frame.direction_voxel, frame.step_u_voxel, frame.step_v_voxel;
+    const Eigen::RowVector3d depth_row = voxel_from_ray.inverse().row(0);
+    double nearest_mm = 1e300, farthest_mm = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3i upper(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+        const Eigen::Vector3i voxel =
+            box.first - Eigen::Vector3i::Ones() + upper.cwiseProduct(box.size + Eigen::Vector3i::Ones());
+        const Eigen::Vector3d way = voxel.cast<double>() - frame.source_voxel;
+        nearest_mm = std::min(nearest_mm, depth_row.dot(way));
+        farthest_mm = std::max(farthest_mm, grid.spacing_mm.cwiseProduct(way).norm());
+    }
+    if (nearest_mm > frame.depth_max_mm) return {0, 0};
+    return {static_cast<int>(std::max(0.0, std::floor(nearest_mm / step_mm - 0.5))),
+            static_cast<int>(std::ceil(farthest_mm / step_mm)) + 1};
+}
+
+}  // namespace
+
+PaperPipeline::PaperPipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
+                             const PaperOptions& options)
+    : context_(context),
+      options_(options),
+      render_(scene.render),
+      step_mm_(trilinear_step_mm(scene.render, scene.volume.grid)),
+      channels_(channel_count(scene.similarity.metric)),
+      grid_(scene.volume.grid),
+      volume_(context, scene.volume, box_of(scene, options.crop), options.storage, first_layout(scene, options.exact)),
+      clock_(context),
+      scene_(make_scene_buffers(context, scene, volume_)),
+      fixed_(fixed) {
+    GLuint vertices = 0;
+    context_.gl().CreateVertexArrays(1, &vertices);
+    vertices_ = VertexArray(context_.gl(), vertices, "no vertices");
+    draw_ = make_storage(context_, "frame and view", sizeof(DrawData));
+    for (const raylign::View& view : scene.views) make_view(view);
+    if (!fixed_.empty()) upload_fixed();
+    context_.check("preparing the scene");
+}
+
+void PaperPipeline::upload_fixed() {
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        std::vector<shared::vec4> pixels;
+        for (std::size_t i = 0; i < fixed_[v].weights.pixels.size(); ++i) {
+            pixels.push_back({fixed_[v].channels[0].pixels[i], channels_ == 2 ? fixed_[v].channels[1].pixels[i] : 0,
+                              fixed_[v].weights.pixels[i]});
+        }
+        context_.gl().TextureSubImage2D(views_[v].fixed.id(), 0, 0, 0, views_[v].size_px.x(), views_[v].size_px.y(),
+                                        GL_RGBA, GL_FLOAT, pixels.data());
+    }
+    context_.check("uploading the fixed images");
+}
+
+void PaperPipeline::begin(std::span<const RayFrame> frames) {
+    for (const RayFrame& frame : frames) {
+        if (render_.projector == Projector::trilinear) {
+            volume_.need(options_.exact ? Layout::layers_z : Layout::box);
+            continue;
+        }
+        const unsigned axes = axes_met(frame, views_[frame.view].size_px);
+        for (int axis = 0; axis < 3; ++axis) {
+            if (axes >> axis & 1) volume_.need(static_cast<Layout>(axis));
+        }
+    }
+    const Gl& gl = context_.gl();
+    bind(gl, scene_);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, kDrawBinding, draw_.id());
+    gl.BindVertexArray(vertices_.id());
+    volume_.bind();
+}
+
+/// What the slices of one frame are drawn with.
+void PaperPipeline::upload(const RayFrame& frame) {
+    const Eigen::Vector2i& size_px = views_[frame.view].size_px;
+    DrawData data;
+    data.frame = frame_data(frame, {size_px, volume_.box().first, volume_.box().size});
+    data.view.size_px = {static_cast<GLuint>(size_px.x()), static_cast<GLuint>(size_px.y())};
+    data.view.centre_px = {0.5F * (size_px.x() - 1), 0.5F * (size_px.y() - 1)};
+    context_.gl().NamedBufferSubData(draw_.id(), 0, sizeof(data), &data);
+}
+
+void PaperPipeline::draw(GLuint drawn, const Target& target, int instances) {
+    const Gl& gl = context_.gl();
+    gl.UseProgram(drawn);
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer.id());
+    gl.Viewport(0, 0, target.size_px.x(), target.size_px.y());
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, instances);
+}
+
+void PaperPipeline::cast(const RayFrame& frame) {
+    const Gl& gl = context_.gl();
+    upload(frame);
+    const View& view = views_[frame.view];
+    constexpr std::array<GLfloat, 4> kNothing = {0, 0, 0, 0};
+    gl.ClearNamedFramebufferfv(view.drr.framebuffer.id(), GL_COLOR, 0, kNothing.data());
+    gl.Enable(GL_BLEND);
+    gl.BlendEquation(GL_FUNC_ADD);
+    gl.BlendFunc(GL_ONE, GL_ONE);
+    if (render_.projector == Projector::trilinear) {
+        cast_slices(view, 0, shells(frame, grid_, volume_.box(), step_mm_));
+    } else {
+        const unsigned axes = axes_met(frame, view.size_px);
+        for (int axis = 0; axis < 3; ++axis) {
+            if (axes >> axis & 1) cast_slices(view, axis, {0, volume_.box().size[axis]});
+        }
+    }
+    gl.Disable(GL_BLEND);
+}
+
+void PaperPipeline::cast_slices(const View& view, int axis, const SliceRange& range) {
+    const Gl& gl = context_.gl();
+    const GLuint slice = program(context_, {{"quad.vert", "slice.frag"},
+                                            {{"JOSEPH", render_.projector == Projector::joseph},
+                                             {"EXACT", options_.exact},
+                                             {"AXIS", axis},
+                                             {"MAX_TAPS", kMostTaps}}});
+    const double most = context_.tuning().samples_per_ms * kDraw_ms / (1.0 * view.size_px.x() * view.size_px.y());
+    const int together = static_cast<int>(std::clamp(most, 1.0, 4096.0));
+    for (int first = range.first; first < range.end; first += together) {
+        gl.ProgramUniform1i(slice, kFirstSlice, first);
+        draw(slice, view.drr, std::min(together, range.end - first));
+        gl.Flush();
+    }
+}
+
+void PaperPipeline::filter(const View& view) {
+    if (channels_ == 1) return;
+    const Gl& gl = context_.gl();
+    gl.BindTextureUnit(kFirstUnit, view.drr.texture.id());
+    draw(program(context_, {{"quad.vert", "filter_rows.frag"}, {{"MAX_TAPS", kMostTaps}}}), view.rows);
+    gl.BindTextureUnit(kFirstUnit, view.rows.texture.id());
+    draw(program(context_, {{"quad.vert", "filter_columns.frag"}, {{"MAX_TAPS", kMostTaps}}}), view.gradients);
+}
+
+void PaperPipeline::reduce(const View& view, int channel, std::size_t result) {
+    const Gl& gl = context_.gl();
+    const bool passes = options_.reduction == Reduction::passes;
+    const GLuint products = program(context_, {{"quad.vert", "products.frag"}, {{"SIDE", passes ? 3 : 1}}});
+    gl.ProgramUniform1i(products, kChannel, channel);
+    gl.BindTextureUnit(kFirstUnit, channels_ == 2 ? view.gradients.texture.id() : view.drr.texture.id());
+    gl.BindTextureUnit(kSecondUnit, view.fixed.id());
+    draw(products, view.products);
+    if (passes) return reduce_by_passes(view, result);
+    gl.GenerateTextureMipmap(view.products.texture.id());
+    gl.GenerateTextureMipmap(view.products.second.id());
+    put_result(view.products, view.products.size_px, result);
+}
+
+void PaperPipeline::reduce_by_passes(const View& view, std::size_t result) {
+    const Gl& gl = context_.gl();
+    const GLuint step = program(context_, {{"quad.vert", "reduce.frag"}, {{"MIPMAP", 0}}});
+    const Target* from = &view.products;
+    Eigen::Vector2i size_px = from->size_px;
+    for (int turn = 0; size_px.maxCoeff() > 3; ++turn) {
+        const Target& to = view.steps[turn % 2];
+        gl.ProgramUniform2i(step, kSize, size_px.x(), size_px.y());
+        gl.BindTextureUnit(kFirstUnit, from->texture.id());
+        gl.BindTextureUnit(kSecondUnit, from->second.id());
+        draw(step, to);
+        size_px = reduced(size_px);
+        from = &to;
+    }
+    put_result(*from, size_px, result);
+}
+
+/// The last step, into the pixel of this result.
+void PaperPipeline::put_result(const Target& from, const Eigen::Vector2i& size_px, std::size_t result) {
+    const Gl& gl = context_.gl();
+    const bool mipmap = options_.reduction != Reduction::passes;
+    const GLuint last = program(context_, {{"quad.vert", "reduce.frag"}, {{"MIPMAP", mipmap}}});
+    if (mipmap) {
+        gl.ProgramUniform1i(last, kLevel, from.levels - 1);
+    } else {
+        gl.ProgramUniform2i(last, kSize, size_px.x(), size_px.y());
+    }
+    gl.BindTextureUnit(kFirstUnit, from.texture.id());
+    gl.BindTextureUnit(kSecondUnit, from.second.id());
+    gl.UseProgram(last);
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, results_.framebuffer.id());
+    gl.Viewport(static_cast<GLint>(result % kResultsWide), static_cast<GLint>(result / kResultsWide), 1, 1);
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, 1);
+}
+
+void PaperPipeline::read_results() {
+    const Gl& gl = context_.gl();
+    const std::size_t pixels = static_cast<std::size_t>(results_.size_px.prod());
+    std::vector<shared::vec4> fours(pixels);
+    std::vector<float> fifths(pixels);
+    const auto bytes = [](const auto& list) { return static_cast<GLsizei>(list.size() * sizeof(list[0])); };
+    gl.GetTextureImage(results_.texture.id(), 0, GL_RGBA, GL_FLOAT, bytes(fours), fours.data());
+    gl.GetTextureImage(results_.second.id(), 0, GL_RED, GL_FLOAT, bytes(fifths), fifths.data());
+    bytes_to_host_ += static_cast<std::size_t>(bytes(fours)) + bytes(fifths);
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+        sums_[i].moving = fours[i].z;
+        sums_[i].moving_moving = fours[i].w;
+        sums_[i].fixed_moving = fifths[i];
+    }
+}
+
+/// What the reductions save: the gradient images travel, and the host adds them up.
+void PaperPipeline::sum_on_host(const View& view, std::size_t view_index, std::size_t first_result) {
+    const Gl& gl = context_.gl();
+    const auto pixels = static_cast<std::size_t>(view.size_px.prod());
+    std::vector<float> packed(pixels * channels_);
+    const Target& from = channels_ == 2 ? view.gradients : view.drr;
+    gl.GetTextureImage(from.texture.id(), 0, channels_ == 2 ? GL_RG : GL_RED, GL_FLOAT,
+                       static_cast<GLsizei>(packed.size() * sizeof(float)), packed.data());
+    bytes_to_host_ += packed.size() * sizeof(float);
+    Image channel(view.size_px.x(), view.size_px.y());
+    for (int c = 0; c < channels_; ++c) {
+        for (std::size_t i = 0; i < pixels; ++i) channel.pixels[i] = packed[i * channels_ + c];
+        const FixedChannels& fixed = fixed_[view_index];
+        sums_[first_result + c] = moment_sums(fixed.channels[c], channel, fixed.weights);
+    }
+}
+
+std::span<const MomentSums> PaperPipeline::run(std::span<const RayFrame> frames) {
+    begin(frames);
+    sums_.assign(frames.size() * channels_, {});
+    const int count = static_cast<int>(sums_.size());
+    const Eigen::Vector2i wanted(std::min(count, kResultsWide), (count + kResultsWide - 1) / kResultsWide);
+    if (!options_.read_images && results_.size_px != wanted) {
+        results_ = make_target("sums", wanted, {GL_RGBA32F, GL_R32F});
+    }
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const View& view = views_[frames[i].view];
+        clock_.begin();
+        cast(frames[i]);
+        clock_.end(Stage::drr);
+        filter(view);
+        clock_.end(Stage::gradient);
+        if (options_.read_images) {
+            sum_on_host(view, frames[i].view, i * channels_);
+        } else {
+            for (int c = 0; c < channels_; ++c) reduce(view, c, i * channels_ + c);
+        }
+        clock_.end(Stage::reduction);
+    }
+    context_.wait("the passes");
+    if (!options_.read_images) read_results();
+    context_.check("reading the sums");
+    return sums_;
+}
+
+Image PaperPipeline::render(const RayFrame& frame) {
+    begin({&frame, 1});
+    clock_.begin();
+    cast(frame);
+    clock_.end(Stage::drr);
+    context_.wait("casting rays");
+    const View& view = views_[frame.view];
+    Image image(view.size_px.x(), view.size_px.y());
+    const auto bytes = static_cast<GLsizei>(image.pixels.size() * sizeof(float));
+    context_.gl().GetTextureImage(view.drr.texture.id(), 0, GL_RED, GL_FLOAT, bytes, image.pixels.data());
+    bytes_to_host_ += static_cast<std::size_t>(bytes);
+    context_.check("reading an image");
+    return image;
+}
+
+}  // namespace raylign::gl

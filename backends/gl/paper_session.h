@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backends/gl/paper_pipeline.h"
+#include "core/backend.h"
+
+namespace raylign::gl {
+
+/// A scene on a device, evaluated as in [Ino06]. The paper has no analytic derivatives, and so linearize throws Error.
+class PaperSession final : public Session {
+public:
+    PaperSession(std::shared_ptr<Context> context, const Scene& scene, const PaperOptions& options);
+    ~PaperSession() override;
+
+    [[nodiscard]] std::size_t volume_bytes() const override;
+    [[nodiscard]] std::string volume_layout() const override;
+
+protected:
+    void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;
+    void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
+                    std::span<JacobianSums> sums) override;
+    Image render_frame(const RayFrame& frame) override;
+    void weights_changed() override;
+
+private:
+    template <class Work>
+    void timed(const Work& work);
+
+    std::shared_ptr<Context> context_;
+    std::unique_ptr<PaperPipeline> pipeline_;
+    std::vector<MomentSums> fixed_sums_;  ///< [view][channel], the moving ones 0
+};
+
+}  // namespace raylign::gl

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "backends/gl/chunks.h"
+#include "backends/gl/frame_data.h"
+#include "backends/gl/scene_buffers.h"
+#include "backends/gl/stage_clock.h"
+#include "backends/gl/volume_textures.h"
+#include "core/backend.h"
+
+namespace raylign::gl {
+
+struct PipelineOptions {
+    Storage storage = Storage::int16;
+    bool exact = false;          ///< interpolate from gathered texels instead of by the texture unit
+    bool crop = false;           ///< keep only the box around the object
+    double chunk_ms = 50;        ///< what one submission may take; tests make it small
+    std::size_t work_bytes = 0;  ///< of frames in work at once; 0 = as fits the device
+};
+
+[[nodiscard]] constexpr GLuint work_groups(int count, int size) {
+    return static_cast<GLuint>((count + size - 1) / size);
+}
+
+/// Sums that travel per (frame, channel), in double: sum w B, w B^2, w A B; with derivatives also sum w J_i, w A J_i,
+/// w B J_i (6 each) and w J_i J_j (21, i <= j).
+inline constexpr std::size_t kMomentCount = 3, kJacobianCount = 42;
+
+/// A scene on the device, and the passes over it: cast (drr.comp), filter along x (rows.comp), filter along y with the
+/// weighted sums of short strips (moments.comp, jacobian.comp), totals (total.comp). Each frame is worked on alone and
+/// each sum added up in a fixed order, so that neither the batch nor work-group shapes change a bit. The context must
+/// be current in all calls, the constructor and the destructor.
+class Pipeline {
+public:
+    Pipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
+             const PipelineOptions& options);
+
+    /// Sums of all frames, [frame][channel][sum], valid until the next call. No derivatives: kMomentCount each.
+    [[nodiscard]] std::span<const double> run(std::span<const RayFrame> frames,
+                                              std::span<const RayFrameDerivatives> derivatives);
+    [[nodiscard]] Image render(const RayFrame& frame, const Eigen::Vector2i& size_px);
+    void upload_fixed(const std::vector<FixedChannels>& fixed);
+
+    [[nodiscard]] std::size_t volume_bytes() const { return volume_.bytes(); }
+    [[nodiscard]] std::string volume_text() const { return volume_.text(); }
+    [[nodiscard]] StageSeconds collect_times() { return clock_.collect(); }
+
+private:
+    struct View {
+        Eigen::Vector2i size_px;
+        std::size_t first_pixel = 0;
+    };
+    /// One run: frames, and how many images and sums each has.
+    struct Job {
+        std::span<const RayFrame> frames;
+        bool derivatives = false;
+        std::size_t images_per_frame = 1, sums_per_frame = 0;
+        bool sums = true;  ///< false: only images
+    };
+
+    struct Rows {
+        int first, count;
+    };
+
+    void upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives);
+    void need_layouts(const Job& job);
+    void need_work(const Job& job, std::size_t frames);
+    void need_sums(std::size_t count);
+    [[nodiscard]] std::size_t bytes_per_frame(const Job& job) const;
+    [[nodiscard]] std::vector<Chunk> chunks_of(const Job& job) const;
+    void fit(const Job& job);
+    void fit_totals(const Job& job);
+    [[nodiscard]] double time_ms(Stage stage);
+    void run_chunk(const Job& job, const Chunk& chunk);
+    void cast_rows(const Job& job, const Chunk& chunk, const Rows& rows);
+    void filter(const Job& job, const Chunk& chunk);
+    void total(const Job& job, const Chunk& chunk);
+    void bind(const Job& job) const;
+    [[nodiscard]] FrameContext frame_context(const RayFrame& frame) const;
+    [[nodiscard]] double samples(const RayFrame& frame) const;
+
+    Context& context_;
+    PipelineOptions options_;
+    RenderSettings render_;
+    std::vector<View> views_;
+    int channels_;
+    std::size_t image_floats_ = 0, strips_ = 0, pixels_ = 0;  ///< the most of a view, twice; all views' pixels
+    VolumeTextures volume_;
+    StageClock clock_;
+    SceneBuffers scene_;
+    Buffer fixed_;
+    Buffer frames_, derivatives_, images_, rows_, partials_, sums_;
+    std::size_t frames_capacity_ = 0, derivatives_capacity_ = 0, images_floats_ = 0, partials_floats_ = 0;
+    std::size_t sums_capacity_ = 0;
+    const double* mapped_sums_ = nullptr;
+};
+
+}  // namespace raylign::gl

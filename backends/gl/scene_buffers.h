@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "backends/gl/context.h"
+#include "backends/gl/shared.h"
+#include "backends/gl/volume_textures.h"
+#include "core/backend.h"
+
+namespace raylign::gl {
+
+inline constexpr int kStripPx = 4;  ///< pixels of a strip (filter.glsl)
+inline constexpr int kMostTaps = 2 * 64 + 1 + 2 * (kStripPx - 1);
+
+/// As in shaders/buffers.glsl.
+enum UniformBinding : GLuint { kSceneBinding, kTapsBinding };
+enum StorageBinding : GLuint {
+    kFrameBinding,
+    kDerivativeBinding,
+    kViewBinding,
+    kImageBinding,
+    kRowBinding,
+    kFixedBinding,
+    kPartialBinding,
+    kSumBinding
+};
+
+/// What shaders know of a scene and does not change: sizes, filter taps, views.
+struct SceneBuffers {
+    Buffer scene, taps, views;
+};
+[[nodiscard]] SceneBuffers make_scene_buffers(Context& context, const Scene& scene, const VolumeTextures& volume);
+void bind(const Gl& gl, const SceneBuffers& buffers);
+
+/// A buffer that can be written to from the host, or with the given flags. Throws Error, kind unavailable, with its
+/// size where memory does not suffice.
+[[nodiscard]] Buffer make_storage(Context& context, std::string_view label, std::size_t bytes, GLbitfield flags = 0);
+
+/// Sums of the fixed channels alone, [view][channel], in double on the host; those with the moving image are 0.
+[[nodiscard]] std::vector<MomentSums> fixed_sums(const std::vector<FixedChannels>& fixed);
+
+/// The layout of the volume that the scene's first view asks for.
+[[nodiscard]] Layout first_layout(const Scene& scene, bool exact);
+/// What of the volume goes to the device.
+[[nodiscard]] VoxelBox box_of(const Scene& scene, bool crop);
+
+}  // namespace raylign::gl

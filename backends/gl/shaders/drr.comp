@@ -1,0 +1,55 @@
+#version 450
+// Casts one ray a pixel. In: frames (and their derivatives), the volume. Out: images: the DRR and, with DERIVATIVES, its six
+// derivatives with respect to the pose. Work group: a tile of TILE_X x TILE_Y pixels, z = frame in work.
+
+layout(local_size_x = TILE_X, local_size_y = TILE_Y) in;
+
+#include "buffers.glsl"
+#include "volume.glsl"
+#include "ray.glsl"
+#if JOSEPH
+#include "joseph.glsl"
+#else
+#include "trilinear.glsl"
+#endif
+
+layout(location = 0) uniform uint first_frame;  // of those in work
+layout(location = 1) uniform uint first_row;
+
+/// dI / dp per unit of length: the gradient along the way of each sample.
+float derivative_of(RaySums sums, Ray ray, ParameterData p, vec2 from_centre_px, int axis) {
+    const vec3 turn = from_centre_px.x * p.step_u_voxel.xyz + from_centre_px.y * p.step_v_voxel.xyz;
+    const vec3 position = p.position_voxel.xyz + ray.depth * turn, direction = p.direction_voxel.xyz + turn;
+    float derivative = dot(sums.g0, position) + dot(sums.g1, direction);
+#if JOSEPH
+    // A sample stays in its plane, so its depth changes; and so does the length per plane (CONVENTIONS, section 8).
+    derivative -= (dot(sums.g0, ray.direction) * position[axis] + dot(sums.g1, ray.direction) * direction[axis] +
+                   sums.value * direction[axis]) / ray.direction[axis];
+#endif
+    return derivative;
+}
+
+void main() {
+    const uint frame = first_frame + gl_WorkGroupID.z;
+    const ViewData view = views[frames[frame].view.x];
+    const uvec2 px = gl_GlobalInvocationID.xy + uvec2(0, first_row);
+    if (px.x >= view.size_px.x || px.y >= view.size_px.y) return;
+    const vec2 from_centre_px = vec2(px) - view.centre_px.xy;
+    const Ray ray = ray_of(frames[frame], from_centre_px);
+    float length_mm;
+    const RaySums sums = march(ray, length_mm);
+    const float unit = length_mm * scene.texel.x;
+    uint at = gl_WorkGroupID.z * (DERIVATIVES * kParameters + 1) * scene.counts.x + px.y * view.size_px.x + px.x;
+    images[at] = unit * sums.value;
+#if DERIVATIVES
+#if JOSEPH
+    const int axis = dominant_axis(ray.direction);
+#else
+    const int axis = 0;
+#endif
+    for (uint i = 0; i < kParameters; ++i) {
+        at += scene.counts.x;
+        images[at] = unit * derivative_of(sums, ray, derivatives[frame].parameters[i], from_centre_px, axis);
+    }
+#endif
+}

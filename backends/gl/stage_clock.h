@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <vector>
+
+#include "backends/gl/context.h"
+
+namespace raylign::gl {
+
+enum class Stage { drr, gradient, reduction, count };
+using StageSeconds = std::array<double, static_cast<std::size_t>(Stage::count)>;
+
+/// Seconds per stage: by timer queries on hardware, which cost next to nothing; on software OpenGL, whose timer queries
+/// lie (0 ms for 150 ms of work), by the wall clock around fences.
+class StageClock {
+public:
+    explicit StageClock(Context& context) : context_(context) {}
+
+    void begin();
+    /// What was submitted since the last begin() or end() belongs to `stage`.
+    void end(Stage stage);
+    /// Seconds since the last collect(). The device must be done (Context::wait).
+    [[nodiscard]] StageSeconds collect();
+
+private:
+    void mark();
+
+    Context& context_;
+    std::vector<Query> queries_;
+    std::vector<Stage> stages_;  ///< of queries_[i + 1]; Stage::count = a begin()
+    StageSeconds seconds_{};
+    std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace raylign::gl
