@@ -18,11 +18,19 @@ std::string processor_name() {
     return "host processor";
 }
 
+cpu::StorageRule storage_rule(const CpuOptions& options) {
+    cpu::StorageRule rule{.max_bytes = static_cast<double>(options.max_volume_bytes)};
+    if (options.storage == "float32") rule.wanted = cpu::kFloat32;
+    if (options.storage == "int16") rule.wanted = cpu::kInt16;
+    return rule;
+}
+
 class CpuBackend final : public Backend {
 public:
     explicit CpuBackend(const CpuOptions& options)
         : kernels_(cpu::choose_kernels(options.instruction_set)),
-          storage_(options.storage == "int16" ? cpu::kInt16 : cpu::kFloat32),
+          storage_name_(options.storage),
+          storage_(storage_rule(options)),
           threads_(options.threads > 0 ? options.threads : cpu::usable_cores()) {}
 
     BackendInfo info() const override {
@@ -30,7 +38,8 @@ public:
                 .summary = "multithreaded SIMD ray casting (TBB + xsimd)",
                 .device = processor_name(),
                 .threads = threads_,
-                .instruction_set = kernels_.name};
+                .instruction_set = kernels_.name,
+                .storage = storage_name_};
     }
     std::unique_ptr<Session> prepare(const Scene& scene) override {
         return std::make_unique<cpu::CpuSession>(scene, kernels_, storage_, threads_);
@@ -38,7 +47,8 @@ public:
 
 private:
     const cpu::KernelTable& kernels_;
-    cpu::VoxelStorage storage_;
+    std::string storage_name_;
+    cpu::StorageRule storage_;
     int threads_;
 };
 
@@ -48,8 +58,8 @@ std::unique_ptr<Backend> make_cpu_backend(const CpuOptions& options) {
     if (options.threads < 0 || options.threads > 1024) {
         throw bad_value("threads", std::to_string(options.threads), "in [0, 1024], 0 for all cores");
     }
-    if (options.storage != "float32" && options.storage != "int16") {
-        throw bad_value("voxel storage", options.storage, "float32 or int16");
+    if (options.storage != "auto" && options.storage != "float32" && options.storage != "int16") {
+        throw bad_value("voxel storage", options.storage, "auto, float32 or int16");
     }
     return std::make_unique<CpuBackend>(options);
 }

@@ -12,8 +12,10 @@ struct CpuOptions {
     int threads = 0;  ///< 0 = all cores this process may use; in [0, 1024]
     std::string
         instruction_set;  ///< "" = the environment's RAYLIGN_INSTRUCTION_SET, else the best that the processor has
-    std::string storage =
-        "float32";  ///< or "int16": half the memory, voxels rounded to max / 32767 (see volume_layout.h)
+    /// "float32"; "int16": half the memory, voxels rounded to max / 32767 (see volume_layouts.h); "auto": float32 where
+    /// the engine's copies stay within max_volume_bytes, else int16.
+    std::string storage = "auto";
+    std::size_t max_volume_bytes = std::size_t{2} << 30;  ///< read by "auto"; with the caller's volume, 3 of 4 GiB
 };
 
 /// Instruction sets that this build has a kernel for, best first, and whether this processor has them.

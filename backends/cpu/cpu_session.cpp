@@ -24,20 +24,6 @@ int first_axis(const Scene& scene) {
     return dominant_axis(frame.ray_voxel(centre.x(), centre.y()));
 }
 
-FrameDerivatives frame_derivatives(const RayFrameDerivatives& derivatives) {
-    FrameDerivatives floats;
-    for (int p = 0; p < kParameters; ++p) {
-        const RayFrameDerivative& d = derivatives[p];
-        for (int axis = 0; axis < 3; ++axis) {
-            floats.source[p][axis] = static_cast<float>(d.source_voxel[axis]);
-            floats.direction[p][axis] = static_cast<float>(d.direction_voxel[axis]);
-            floats.step_u[p][axis] = static_cast<float>(d.step_u_voxel[axis]);
-            floats.step_v[p][axis] = static_cast<float>(d.step_v_voxel[axis]);
-        }
-    }
-    return floats;
-}
-
 JacobianSums jacobian_sums_of(const BandDerivativeSums& band) {
     JacobianSums sums;
     sums.moments.moving = band.moving;
@@ -52,10 +38,9 @@ JacobianSums jacobian_sums_of(const BandDerivativeSums& band) {
 
 }  // namespace
 
-CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStorage storage, int threads)
+CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, const StorageRule& storage, int threads)
     : Session(scene),
       kernels_(kernels),
-      storage_(storage),
       workers_(threads),
       grid_(scene.volume.grid),
       render_(scene.render),
@@ -70,7 +55,10 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStor
     }
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
         views_.push_back(make_view_plan(scene.views[i].geometry.camera.size_px));
-        if (!fixed().empty()) add_fixed(views_.back(), fixed()[i], radius_);
+        if (!fixed().empty()) {
+            plan_channels(views_.back(), fixed()[i]);
+            plan_weights(views_.back(), fixed()[i], radius_);
+        }
         image_floats_ = std::max(image_floats_, views_.back().image_floats());
         bands_ = std::max(bands_, static_cast<std::size_t>(views_.back().bands()));
         widest_ = std::max(widest_, views_.back().stride);
@@ -80,48 +68,27 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStor
         slot.cast_scratch = PageBuffer(kernels_.scratch_bytes, "a thread's rays");
         if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(widest_, radius_), 0.F);
     }
-    const Eigen::Vector3i& n = grid_.size;
-    const VolumeLayout::Source source{scene.volume.attenuation_per_mm.data(),
-                                      kFloat32,
-                                      1,
-                                      {1, n.x(), static_cast<std::ptrdiff_t>(n.x()) * n.y()},
-                                      {n.x(), n.y(), n.z()}};
-    const int axis = render_.projector == Projector::trilinear ? 2 : first_axis(scene);
-    layouts_[axis] = std::make_unique<VolumeLayout>(source, axis, storage_, workers_);
+    layouts_ = make_layouts(scene.volume, storage, all_axes() ? first_axis(scene) : 2, workers_);
     timing_.prepare_s += seconds_since(start);
 }
 
 void CpuSession::weights_changed() {
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-        views_[i] = make_view_plan(views_[i].size_px);
-        add_fixed(views_[i], fixed()[i], radius_);
-    }
+    for (std::size_t i = 0; i < views_.size(); ++i) plan_weights(views_[i], fixed()[i], radius_);
 }
 
-std::size_t CpuSession::volume_bytes() const {
-    std::size_t bytes = 0;
-    for (const auto& layout : layouts_) bytes += layout ? layout->bytes() : 0;
-    return bytes;
-}
+bool CpuSession::all_axes() const { return render_.projector == Projector::joseph || kernels_.trilinear_by_planes; }
 
-void CpuSession::make_layout(int axis) {
-    if (layouts_[axis]) return;
-    const auto start = Clock::now();
-    for (const auto& made : layouts_) {
-        if (!made) continue;
-        layouts_[axis] = std::make_unique<VolumeLayout>(made->as_source(), axis, storage_, workers_);
-        break;
-    }
-    timing_.prepare_s += seconds_since(start);
-}
-
-/// Most poses need one or two of the three layouts, so they are made when a ray first asks for them.
+/// Most poses need one or two of the three axes, so layouts are made when a ray first asks for them.
 void CpuSession::make_layouts_for(const RayFrame& frame) {
-    if (render_.projector == Projector::trilinear || (layouts_[0] && layouts_[1] && layouts_[2])) return;
-    const unsigned axes = axes_met(frame, views_[frame.view].size_px);
+    if (!all_axes() || axes_made_ == 7) return;
+    const unsigned axes = axes_met(frame, views_[frame.view].size_px) & ~axes_made_;
+    if (axes == 0) return;
+    const auto start = Clock::now();
     for (int axis = 0; axis < 3; ++axis) {
-        if (axes >> axis & 1) make_layout(axis);
+        if (axes >> axis & 1) layouts_.make(axis, workers_);
     }
+    axes_made_ |= axes;
+    timing_.prepare_s += seconds_since(start);
 }
 
 void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* derivatives, int tile, float* image,
@@ -129,9 +96,7 @@ void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* deriva
     const auto start = Clock::now();
     const ViewPlan& view = views_[frame.view];
     CastJob job = cast_job(frame, view.size_px, grid_);
-    for (int axis = 0; axis < 3; ++axis) {
-        if (layouts_[axis]) job.layouts[axis] = layouts_[axis]->view();
-    }
+    for (int axis = 0; axis < 3; ++axis) job.layouts[axis] = layouts_.view(axis);
     job.step_mm = step_mm_;
     job.x0 = tile % view.tiles_x() * kTilePx;
     job.y0 = tile / view.tiles_x() * kTilePx;
@@ -146,9 +111,9 @@ void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* deriva
     job.image_distance = static_cast<std::ptrdiff_t>(image_floats_);
     const bool joseph = render_.projector == Projector::joseph;
     if (derivatives) {
-        (joseph ? kernels_.cast_joseph_derivatives : kernels_.cast_trilinear_derivatives)[storage_](job);
+        (joseph ? kernels_.cast_joseph_derivatives : kernels_.cast_trilinear_derivatives)[layouts_.storage()](job);
     } else {
-        (joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[storage_](job);
+        (joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[layouts_.storage()](job);
     }
     slot.cast_s += seconds_since(start);
 }

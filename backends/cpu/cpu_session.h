@@ -5,7 +5,7 @@
 
 #include "backends/cpu/frame_plan.h"
 #include "backends/cpu/kernel_types.h"
-#include "backends/cpu/volume_layout.h"
+#include "backends/cpu/volume_layouts.h"
 #include "backends/cpu/workers.h"
 #include "core/backend.h"
 
@@ -15,9 +15,10 @@ namespace raylign::cpu {
 /// the image alone, and partial sums are added in order: the result has the same bits at any number of threads.
 class CpuSession final : public Session {
 public:
-    CpuSession(const Scene& scene, const KernelTable& kernels, VoxelStorage storage, int threads);
+    CpuSession(const Scene& scene, const KernelTable& kernels, const StorageRule& storage, int threads);
 
-    [[nodiscard]] std::size_t volume_bytes() const override;
+    [[nodiscard]] std::size_t volume_bytes() const override { return layouts_.bytes(); }
+    [[nodiscard]] std::string volume_layout() const override { return layouts_.description(); }
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;
@@ -45,7 +46,8 @@ private:
         }
     };
 
-    void make_layout(int axis);
+    /// True where rays read the layout of their own dominant axis, not always that of axis 2.
+    [[nodiscard]] bool all_axes() const;
     void make_layouts_for(const RayFrame& frame);
     /// Casts one tile; `derivatives` may be null.
     void cast_tile(const RayFrame& frame, const FrameDerivatives* derivatives, int tile, float* image,
@@ -61,7 +63,6 @@ private:
     void share_time(double wall_s);
 
     const KernelTable& kernels_;
-    VoxelStorage storage_;
     Workers workers_;
     VoxelGrid grid_;
     RenderSettings render_;
@@ -69,7 +70,8 @@ private:
     int channels_, radius_ = 0;
     std::vector<float> smooth_, derivative_;
     std::vector<ViewPlan> views_;
-    std::unique_ptr<VolumeLayout> layouts_[3];
+    VolumeLayouts layouts_;
+    unsigned axes_made_ = 0;  ///< bit i: make_layouts_for has seen to axis i
     std::vector<Slot> slots_;
     std::vector<float> images_;       ///< of the frames in work, where several threads share one
     std::vector<BandSums> partials_;  ///< [frame][band][channel]

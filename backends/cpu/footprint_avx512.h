@@ -7,6 +7,19 @@
 namespace raylign::cpu {
 namespace {
 
+/// Two rows of eight voxels.
+struct FootprintRows {
+    static __m512 load(const float* voxels, std::ptrdiff_t distance) {
+        return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(voxels)), _mm256_loadu_ps(voxels + distance),
+                                  1);
+    }
+    static __m512 load(const std::int16_t* voxels, std::ptrdiff_t distance) {
+        const __m128i a = _mm_loadu_si128(reinterpret_cast<const __m128i*>(voxels));
+        const __m128i b = _mm_loadu_si128(reinterpret_cast<const __m128i*>(voxels + distance));
+        return _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(_mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1)));
+    }
+};
+
 /// Bilinear samples without gathers. A packet of 4x4 rays meets at most 8x8 voxels of a plane when its pixels are about
 /// a voxel apart: eight plain loads bring them into four registers, and in-register permutes take the place of four
 /// gathers.
@@ -40,14 +53,15 @@ struct Footprint<xsimd::avx512bw> {
         const __m512 column_slope = _mm512_load_ps(packet.column_slope);
         const __m512i one = _mm512_set1_epi32(1);
         const std::ptrdiff_t stride = layout.row_stride;
-        const Voxel* plane = static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride +
-                             part.row0 * stride + part.column0;
+        const Voxel* plane = voxel_at<Voxel>(layout, part.begin, part.row0, part.column0);
         __m512 even_sum = _mm512_setzero_ps(), odd_sum = _mm512_setzero_ps();
         SlopeSums<xsimd::batch<float, xsimd::avx512bw>> slopes;
         for (int k = 0; k < part.end - part.begin; ++k, plane += layout.plane_stride) {
             const Voxel* voxels = plane + offset[k];
-            const __m512 even0 = rows(voxels, 2 * stride), even1 = rows(voxels + 4 * stride, 2 * stride);
-            const __m512 odd0 = rows(voxels + stride, 2 * stride), odd1 = rows(voxels + 5 * stride, 2 * stride);
+            const __m512 even0 = FootprintRows::load(voxels, 2 * stride),
+                         even1 = FootprintRows::load(voxels + 4 * stride, 2 * stride);
+            const __m512 odd0 = FootprintRows::load(voxels + stride, 2 * stride),
+                         odd1 = FootprintRows::load(voxels + 5 * stride, 2 * stride);
             const __m512 step = _mm512_set1_ps(kSteps[k]);
             const __m512 r = _mm512_sub_ps(_mm512_fmadd_ps(step, row_slope, row), _mm512_set1_ps(half_row0[k]));
             const __m512 c = _mm512_fmadd_ps(step, column_slope, column);
@@ -85,18 +99,6 @@ private:
     /// Adding an integer of up to 2^21 to this float leaves the integer in the low bits, where permutes look for it.
     static constexpr float kIntegerBits = 12582912;  // 1.5 * 2^23
 
-    /// Two rows of eight voxels.
-    static __m512 rows(const float* voxels, std::ptrdiff_t distance) {
-        return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(voxels)), _mm256_loadu_ps(voxels + distance),
-                                  1);
-    }
-
-    static __m512 rows(const std::int16_t* voxels, std::ptrdiff_t distance) {
-        const __m128i a = _mm_loadu_si128(reinterpret_cast<const __m128i*>(voxels));
-        const __m128i b = _mm_loadu_si128(reinterpret_cast<const __m128i*>(voxels + distance));
-        return _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(_mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1)));
-    }
-
     /// Columns `index` and `index` + 1 of a table of four rows of eight.
     struct Pair {
         __m512 first, rise;
@@ -113,15 +115,15 @@ private:
     static void place(const PlaneLayout& layout, const Packet& packet, const SlabPart& part, std::int32_t* offset,
                       float* half_row0, float* index_base) {
         const __m512 k = _mm512_loadu_ps(kSteps);
-        const auto first = [&](double start, double line, int origin, int size) {
+        const auto first = [&](double start, double line, int origin, int begin, int end) {
             const __m512 low = _mm512_fmadd_ps(k, _mm512_set1_ps(static_cast<float>(line)),
                                                _mm512_set1_ps(static_cast<float>(start - origin - 1e-3)));
             const __m512 floor = _mm512_roundscale_ps(low, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
-            return _mm512_min_ps(_mm512_max_ps(floor, _mm512_set1_ps(static_cast<float>(-kPadVoxels - origin))),
-                                 _mm512_set1_ps(static_cast<float>(size - origin)));
+            return _mm512_min_ps(_mm512_max_ps(floor, _mm512_set1_ps(static_cast<float>(begin - kPadVoxels - origin))),
+                                 _mm512_set1_ps(static_cast<float>(end - origin)));
         };
-        const __m512 row = first(part.row, packet.row_line, part.row0, layout.rows);
-        const __m512 column = first(part.column, packet.column_line, part.column0, layout.columns);
+        const __m512 row = first(part.row, packet.row_line, part.row0, layout.begin[1], layout.end[1]);
+        const __m512 column = first(part.column, packet.column_line, part.column0, layout.begin[2], layout.end[2]);
         const __m512i stride = _mm512_set1_epi32(static_cast<std::int32_t>(layout.row_stride));
         _mm512_store_si512(offset, _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(row), stride),
                                                     _mm512_cvttps_epi32(column)));

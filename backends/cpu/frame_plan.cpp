@@ -1,5 +1,6 @@
 #include "backends/cpu/frame_plan.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 
@@ -14,6 +15,17 @@ std::vector<float> with_stride(const Image& image, std::ptrdiff_t stride) {
         std::copy_n(image.pixels.begin() + y * image.width, image.width, out.begin() + y * stride);
     }
     return out;
+}
+
+/// Around the pixels with weight in the square of kNeedPx that begins at (x, y).
+Eigen::AlignedBox2i weighted_box(const Image& weights, int x, int y) {
+    Eigen::AlignedBox2i box;
+    for (int v = y; v < std::min(y + kNeedPx, weights.height); ++v) {
+        for (int u = x; u < std::min(x + kNeedPx, weights.width); ++u) {
+            if (weights(u, v) != 0) box.extend(Eigen::Vector2i(u, v));
+        }
+    }
+    return box;
 }
 
 }  // namespace
@@ -42,6 +54,20 @@ unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px) {
     return met;
 }
 
+FrameDerivatives frame_derivatives(const RayFrameDerivatives& derivatives) {
+    FrameDerivatives floats;
+    for (int p = 0; p < kParameters; ++p) {
+        const RayFrameDerivative& d = derivatives[p];
+        for (int axis = 0; axis < 3; ++axis) {
+            floats.source[p][axis] = static_cast<float>(d.source_voxel[axis]);
+            floats.direction[p][axis] = static_cast<float>(d.direction_voxel[axis]);
+            floats.step_u[p][axis] = static_cast<float>(d.step_u_voxel[axis]);
+            floats.step_v[p][axis] = static_cast<float>(d.step_v_voxel[axis]);
+        }
+    }
+    return floats;
+}
+
 CastJob cast_job(const RayFrame& frame, const Eigen::Vector2i& size_px, const VoxelGrid& grid) {
     CastJob job{};
     for (int axis = 0; axis < 3; ++axis) {
@@ -67,29 +93,34 @@ ViewPlan make_view_plan(const Eigen::Vector2i& size_px) {
 
 std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius) {
     return static_cast<std::size_t>(stride + 2 * radius + 16) +
-           2 * static_cast<std::size_t>(stride) * (kBandRows + 2 * radius);
+           2 * static_cast<std::size_t>(stride | 16) * (kBandRows + 2 * radius);
 }
 
 std::size_t derivative_scratch_floats(std::ptrdiff_t stride, int radius) {
-    return (1 + kParameters) * (band_scratch_floats(stride, radius) + 2 * static_cast<std::size_t>(stride));
+    constexpr int kGradients = 2 * kGradientFloats;
+    return (1 + kParameters) * (band_scratch_floats(stride, radius) + kGradients);
 }
 
-void add_fixed(ViewPlan& plan, const FixedChannels& fixed, int reach_px) {
-    for (const Image& channel : fixed.channels) {
-        plan.fixed.push_back(with_stride(channel, plan.stride));
-        plan.fixed_sums.push_back(moment_sums(channel, channel, fixed.weights));
-    }
+void plan_channels(ViewPlan& plan, const FixedChannels& fixed) {
+    for (const Image& channel : fixed.channels) plan.fixed.push_back(with_stride(channel, plan.stride));
+}
+
+void plan_weights(ViewPlan& plan, const FixedChannels& fixed, int reach_px) {
+    plan.fixed_sums.clear();
+    for (const Image& channel : fixed.channels) plan.fixed_sums.push_back(moment_sums(channel, channel, fixed.weights));
     plan.weights = with_stride(fixed.weights, plan.stride);
     const int width = plan.size_px.x(), height = plan.size_px.y();
     plan.needed_stride = (width + kNeedPx - 1) / kNeedPx;
     plan.needed.assign(plan.needed_stride * ((height + kNeedPx - 1) / kNeedPx), 0);
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            if (fixed.weights(x, y) == 0) continue;
-            const int x0 = std::max(x - reach_px, 0) / kNeedPx, x1 = std::min(x + reach_px, width - 1) / kNeedPx;
-            const int y0 = std::max(y - reach_px, 0) / kNeedPx, y1 = std::min(y + reach_px, height - 1) / kNeedPx;
-            for (int row = y0; row <= y1; ++row) {
-                std::fill_n(plan.needed.begin() + row * plan.needed_stride + x0, x1 - x0 + 1, 1);
+    for (int y = 0; y < height; y += kNeedPx) {
+        for (int x = 0; x < width; x += kNeedPx) {
+            const Eigen::AlignedBox2i box = weighted_box(fixed.weights, x, y);
+            if (box.isEmpty()) continue;
+            const int x0 = std::max(box.min().x() - reach_px, 0), x1 = std::min(box.max().x() + reach_px, width - 1);
+            const int y0 = std::max(box.min().y() - reach_px, 0), y1 = std::min(box.max().y() + reach_px, height - 1);
+            for (int row = y0 / kNeedPx; row <= y1 / kNeedPx; ++row) {
+                std::fill(plan.needed.begin() + row * plan.needed_stride + x0 / kNeedPx,
+                          plan.needed.begin() + row * plan.needed_stride + x1 / kNeedPx + 1, 1);
             }
         }
     }

@@ -14,6 +14,8 @@ namespace raylign::cpu {
 /// Everything of a CastJob that one frame decides: geometry and image size.
 [[nodiscard]] CastJob cast_job(const RayFrame& frame, const Eigen::Vector2i& size_px, const VoxelGrid& grid);
 
+[[nodiscard]] FrameDerivatives frame_derivatives(const RayFrameDerivatives& derivatives);
+
 /// What a view brings to the sums, laid out for the kernels: rows of `stride` floats, zero beyond the width.
 struct ViewPlan {
     Eigen::Vector2i size_px;
@@ -33,11 +35,13 @@ struct ViewPlan {
 
 /// Floats of scratch that a BandJob needs: a padded row, two row-filtered images of the band and its surroundings.
 [[nodiscard]] std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius);
-/// The same with derivatives: seven images, and a filtered row of each in both directions.
+/// The same with derivatives: for seven images, and the gradients of some columns of each.
 [[nodiscard]] std::size_t derivative_scratch_floats(std::ptrdiff_t stride, int radius);
 
-/// Adds the fixed channels of a view. `reach_px`: how far a pixel of the DRR reaches in the channels (the filter's
-/// radius).
-void add_fixed(ViewPlan& plan, const FixedChannels& fixed, int reach_px);
+/// The fixed channels of a view, which never change.
+void plan_channels(ViewPlan& plan, const FixedChannels& fixed);
+/// The weights, and all that follows from them. `reach_px`: how far a pixel of the DRR reaches in the channels (the
+/// filter's radius).
+void plan_weights(ViewPlan& plan, const FixedChannels& fixed, int reach_px);
 
 }  // namespace raylign::cpu

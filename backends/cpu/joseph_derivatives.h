@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/cpu/joseph_packet.h"
+#include "backends/cpu/pairs.h"
 
 namespace raylign::cpu {
 namespace {
@@ -11,14 +12,14 @@ struct Cell {
     Floats v00, v01, v10, v11;  ///< [row][column]
 
     [[nodiscard]] Floats value(const Floats& fr, const Floats& fc) const {
-        const Floats v0 = xsimd::fma(fc, v01 - v00, v00), v1 = xsimd::fma(fc, v11 - v10, v10);
-        return xsimd::fma(fr, v1 - v0, v0);
+        const Floats v0 = fused(fc, v01 - v00, v00), v1 = fused(fc, v11 - v10, v10);
+        return fused(fr, v1 - v0, v0);
     }
     [[nodiscard]] Floats row_slope(const Floats& fc) const {
-        return xsimd::fma(fc, v11 - v10, v10) - xsimd::fma(fc, v01 - v00, v00);
+        return fused(fc, v11 - v10, v10) - fused(fc, v01 - v00, v00);
     }
     [[nodiscard]] Floats column_slope(const Floats& fr) const {
-        return xsimd::fma(fr, (v11 - v10) - (v01 - v00), v01 - v00);
+        return fused(fr, (v11 - v10) - (v01 - v00), v01 - v00);
     }
 
     /// Zero where `mask` is false.
@@ -32,6 +33,16 @@ struct Cell {
     }
 };
 
+/// The cells at voxels[index] and their neighbours in the next row.
+template <class Arch, class Voxel>
+Cell<typename Lanes<Arch>::Floats> load_cell(const Voxel* voxels, const typename Lanes<Arch>::Ints& index,
+                                             std::ptrdiff_t row_stride) {
+    Cell<typename Lanes<Arch>::Floats> cell;
+    Pairs<Arch>::load(voxels, index, cell.v00, cell.v01);
+    Pairs<Arch>::load(voxels + row_stride, index, cell.v10, cell.v11);
+    return cell;
+}
+
 /// Sums of slopes over the planes of a slab, and of slopes times the plane's number in it.
 template <class Floats>
 struct SlopeSums {
@@ -40,8 +51,8 @@ struct SlopeSums {
     void add(const Floats& row_slope, const Floats& column_slope, const Floats& step) {
         row += row_slope;
         column += column_slope;
-        row_moment = xsimd::fma(step, row_slope, row_moment);
-        column_moment = xsimd::fma(step, column_slope, column_moment);
+        row_moment = fused(step, row_slope, row_moment);
+        column_moment = fused(step, column_slope, column_moment);
     }
 
     /// Adds to the packet, whose moments count from the source: `distance` planes before the slab's first.
@@ -52,8 +63,8 @@ struct SlopeSums {
         };
         add_to(packet.row_gradient, row);
         add_to(packet.column_gradient, column);
-        add_to(packet.row_moment, xsimd::fma(distance, row, row_moment));
-        add_to(packet.column_moment, xsimd::fma(distance, column, column_moment));
+        add_to(packet.row_moment, fused(distance, row, row_moment));
+        add_to(packet.column_moment, fused(distance, column, column_moment));
     }
 };
 
@@ -94,11 +105,7 @@ void store_derivatives(const CastJob& job, int axis, const Packet& packet) {
                                    per_ray[i] * (packet.row_moment[i] * (dr - mr * along) +
                                                  packet.column_moment[i] * (dc - mc * along) - packet.sum[i] * along));
         }
-        float* out = job.image + (1 + p) * job.image_distance;
-        for (int i = 0; i < count; ++i) {
-            if (!(packet.lanes >> i & 1)) continue;
-            out[(packet.y + i / width) * job.image_stride + packet.x + i % width] = image[i];
-        }
+        store_pixels(packet, image, job.image + (1 + p) * job.image_distance, job.image_stride);
     }
 }
 

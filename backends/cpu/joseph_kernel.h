@@ -155,22 +155,23 @@ private:
         }
     }
 
-    /// Rows (or columns) that lanes can meet between distances d0 and d1.
-    static Range range(double source, double line, double spread, bool limited, double d0, double d1) {
-        const double reach = spread * maximum(__builtin_fabs(d0), __builtin_fabs(d1));
-        return {source + minimum(d0 * line, d1 * line) - (limited ? reach : 0),
-                source + maximum(d0 * line, d1 * line) + reach};
+    /// Of a packet. Where it is limited, lanes may lie on both sides of the source, and so of the line.
+    static Range range(double source, double line, double spread, bool limited, const SlabPart& part) {
+        const Range range = line_range(source, line, spread, part.d0, part.d1);
+        const double reach = spread * maximum(__builtin_fabs(part.d0), __builtin_fabs(part.d1));
+        return {range.low - (limited ? reach : 0), range.high};
     }
 
     static void march(const CastJob& job, int axis, Packet* packets, int count) {
         const PlaneLayout& layout = job.layouts[axis];
         const double row_source = job.source[kAxisOrder[axis][1]], column_source = job.source[kAxisOrder[axis][2]];
-        const TileBounds<Arch> bounds(packets, count);
-        TileSlab<Arch> next(job, axis, bounds, 0);
-        for (int slab = 0; slab * kSlabPlanes < layout.planes; ++slab) {
-            const TileSlab<Arch> tile = next;
-            next = TileSlab<Arch>(job, axis, bounds, slab + 1);
-            Prefetch<Arch, Voxel> prefetch(layout, next, count);
+        const TileBounds<Packet> bounds(packets, count);
+        const int first = layout.begin[0] / kSlabPlanes;
+        TileSlab<Packet> next(job, axis, bounds, first, 0);
+        for (int slab = first; slab * kSlabPlanes < layout.end[0]; ++slab) {
+            const TileSlab<Packet> tile = next;
+            next = TileSlab<Packet>(job, axis, bounds, slab + 1, 0);
+            Prefetch<Voxel> prefetch(layout, next, count);
             if (!tile.occupied) {
                 prefetch.all();
                 continue;
@@ -178,14 +179,10 @@ private:
             SlabPart part = tile.part;
             for (Packet* packet = packets; packet != packets + count; ++packet) {
                 prefetch.some();
-                const Range rows =
-                    range(row_source, packet->row_line, packet->row_spread, packet->limited, part.d0, part.d1);
+                const Range rows = range(row_source, packet->row_line, packet->row_spread, packet->limited, part);
                 const Range columns =
-                    range(column_source, packet->column_line, packet->column_spread, packet->limited, part.d0, part.d1);
-                if (!is_occupied(layout, slab, rows.low - kSlack, rows.high + kSlack, columns.low - kSlack,
-                                 columns.high + kSlack)) {
-                    continue;
-                }
+                    range(column_source, packet->column_line, packet->column_spread, packet->limited, part);
+                if (!is_occupied(layout, slab, rows, columns)) continue;
                 part.row = row_source + part.d0 * packet->row_line;
                 part.column = column_source + part.d0 * packet->column_line;
                 part.row0 = floor_clamped(rows.low - 1, -1, layout.rows);
@@ -199,27 +196,29 @@ private:
     /// Adds the bilinear values on the planes of a slab to the sums of a packet: a short float sum.
     static void march_slab(const PlaneLayout& layout, Packet& packet, const SlabPart& part) {
         const Floats distance(static_cast<float>(part.d0));
-        const Floats row = xsimd::fma(distance, Floats::load_aligned(packet.row_offset),
-                                      Floats(static_cast<float>(part.row - part.row0)));
-        const Floats column = xsimd::fma(distance, Floats::load_aligned(packet.column_offset),
-                                         Floats(static_cast<float>(part.column - part.column0)));
+        const Floats row =
+            fused(distance, Floats::load_aligned(packet.row_offset), Floats(static_cast<float>(part.row - part.row0)));
+        const Floats column = fused(distance, Floats::load_aligned(packet.column_offset),
+                                    Floats(static_cast<float>(part.column - part.column0)));
         const Floats row_slope = Floats::load_aligned(packet.row_slope),
                      column_slope = Floats::load_aligned(packet.column_slope);
-        // Clamping to the support [-1, n] gives zeros beyond it, and no address outside the padding.
-        const Floats zero(0.F), row_max(static_cast<float>(layout.rows - part.row0)),
-            column_max(static_cast<float>(layout.columns - part.column0));
+        // Clamping to the voxels that are there and the zeros around them gives zeros beyond, and no other address.
+        const auto from = [](int limit, int origin) { return Floats(static_cast<float>(limit - origin)); };
+        const Floats zero(0.F), row_min = xsimd::max(zero, from(layout.begin[1] - 1, part.row0)),
+                                row_max = from(layout.end[1], part.row0),
+                                column_min = xsimd::max(zero, from(layout.begin[2] - 1, part.column0)),
+                                column_max = from(layout.end[2], part.column0);
         const Ints row_stride(static_cast<std::int32_t>(layout.row_stride));
-        const Voxel* voxels = static_cast<const Voxel*>(layout.origin) + part.begin * layout.plane_stride +
-                              part.row0 * layout.row_stride + part.column0;
+        const Voxel* voxels = voxel_at<Voxel>(layout, part.begin, part.row0, part.column0);
         Floats sum(0.F);
         SlopeSums<Floats> slopes;
         for (int plane = part.begin; plane < part.end; ++plane, voxels += layout.plane_stride) {
             const Floats step(static_cast<float>(plane - part.begin));
-            const Floats raw_r = xsimd::fma(step, row_slope, row), raw_c = xsimd::fma(step, column_slope, column);
-            const Floats r = xsimd::min(xsimd::max(raw_r, zero), row_max);
-            const Floats c = xsimd::min(xsimd::max(raw_c, zero), column_max);
-            const Ints ri = xsimd::to_int(r), ci = xsimd::to_int(c);  // truncation is floor: both are >= 0
-            Cell<Floats> cell = load_cell(voxels, ri * row_stride + ci, layout.row_stride);
+            const Floats raw_r = fused(step, row_slope, row), raw_c = fused(step, column_slope, column);
+            const Floats r = xsimd::min(xsimd::max(raw_r, row_min), row_max);
+            const Floats c = xsimd::min(xsimd::max(raw_c, column_min), column_max);
+            const Ints ri = xsimd::to_int(r), ci = xsimd::to_int(c);  // truncation is floor: >= 0, or the whole row_max
+            Cell<Floats> cell = load_cell<Arch>(voxels, ri * row_stride + ci, layout.row_stride);
             const Floats fr = r - xsimd::to_float(ri), fc = c - xsimd::to_float(ci);
             if (packet.limited) {
                 const Floats k(static_cast<float>(plane));
@@ -230,28 +229,19 @@ private:
             if constexpr (order == Order::derivatives) {
                 // At the lower border of the support the value is 0 either way, but a slope would come from the voxels
                 // inside.
-                slopes.add(xsimd::select(raw_r < zero, zero, cell.row_slope(fc)),
-                           xsimd::select(raw_c < zero, zero, cell.column_slope(fr)), step);
+                slopes.add(xsimd::select(raw_r < row_min, zero, cell.row_slope(fc)),
+                           xsimd::select(raw_c < column_min, zero, cell.column_slope(fr)), step);
             }
         }
         (Floats::load_aligned(packet.sum) + sum).store_aligned(packet.sum);
         if constexpr (order == Order::derivatives) slopes.store(packet, distance);
     }
 
-    static Cell<Floats> load_cell(const Voxel* voxels, const Ints& index, std::ptrdiff_t row_stride) {
-        Cell<Floats> cell;
-        Pairs<Arch>::load(voxels, index, cell.v00, cell.v01);
-        Pairs<Arch>::load(voxels + row_stride, index, cell.v10, cell.v11);
-        return cell;
-    }
-
     static void store(const CastJob& job, float unit_per_mm, const Packet* packets, int count) {
         for (const Packet* packet = packets; packet != packets + count; ++packet) {
-            for (int i = 0; i < L::count; ++i) {
-                if (!(packet->lanes >> i & 1)) continue;
-                job.image[(packet->y + i / L::width) * job.image_stride + packet->x + i % L::width] =
-                    packet->sum[i] * (packet->mm_per_plane[i] * unit_per_mm);
-            }
+            float image[L::count];
+            for (int i = 0; i < L::count; ++i) image[i] = packet->sum[i] * (packet->mm_per_plane[i] * unit_per_mm);
+            store_pixels(*packet, image, job.image, job.image_stride);
         }
     }
 };

@@ -2,6 +2,7 @@
 #include "backends/cpu/footprint_avx512.h"
 #include "backends/cpu/kernels.h"
 #include "backends/cpu/pairs_avx512.h"
+#include "backends/cpu/trilinear_avx512.h"
 
 namespace raylign::cpu {
 

@@ -10,24 +10,30 @@ namespace raylign::cpu {
 
 constexpr int kTilePx = 32;  ///< side of the square of pixels that is cast at once: its slab of voxels stays in the L2
 constexpr int kSlabPlanes = 16;  ///< planes that all rays of a tile pass before the next ones are touched
-constexpr int kPadVoxels = 8;    ///< zeros around every plane, so that a footprint next to the volume reads zeros
+constexpr int kPadVoxels = 8;    ///< zeros around all that is stored, so that a footprint next to it reads zeros
 constexpr int kBlockVoxels = 8;  ///< side of a block in a plane; with kSlabPlanes planes it is the unit of empty space
 constexpr int kNeedPx = 4;       ///< side of the square of pixels that is cast or left out as one
 constexpr int kBandRows = 32;    ///< image rows that are filtered and summed at once
+/// Columns that are filtered from the first row of a band to the last before the next ones: the filtered rows that they
+/// need stay in the L1 cache.
+constexpr int kBandColumns = 64;
+/// Gradients of so many columns, in one direction; the 80 keep several images from falling into the same sets.
+constexpr int kGradientFloats = kBandColumns * kBandRows + 80;
 
-/// Index axes (0 = x) of a layout for rays with dominant axis i: planes, rows, columns. Columns are contiguous in
-/// memory.
+/// Index axes (0 = x) of a layout for rays with dominant axis i: planes, rows, columns. Neighbours along a row are
+/// neighbours in memory.
 constexpr int kAxisOrder[3][3] = {{0, 2, 1}, {1, 2, 0}, {2, 1, 0}};
 
 constexpr int kParameters = 6;  ///< of a pose: rotation, translation
 
-/// Voxels as planes of rows, zero-padded by kPadVoxels on the four sides of each plane, with a plane of zeros before
-/// and two after (trilinear). `origin` is voxel (0, 0) of plane 0.
+/// Voxels as planes of rows. Only the box [begin, end) of planes, rows and columns is there, whose begins are multiples
+/// of kSlabPlanes, and kPadVoxels of zeros around it on all sides: all else is zero, and no place to read from.
 struct PlaneLayout {
-    const void* origin;  ///< float or int16, as the kernel says
+    const void* origin;  ///< voxel `begin`: float or int16, as the kernel says
     float unit_per_mm;   ///< attenuation that a stored 1 stands for: 1 for floats
     std::ptrdiff_t plane_stride, row_stride;
-    int planes, rows, columns;
+    int planes, rows, columns;  ///< of the whole volume
+    int begin[3], end[3];
     /// Summed-area table of occupied blocks per slab, [slab][block_rows + 1][block_columns + 1].
     const std::int32_t* occupied;
     int block_rows, block_columns;
@@ -93,6 +99,7 @@ enum VoxelStorage { kFloat32, kInt16 };
 struct KernelTable {
     const char* name;
     std::size_t scratch_bytes;
+    bool trilinear_by_planes;  ///< cast_trilinear reads the layout of a tile's dominant axis, else only that of axis 2
     void (*cast_joseph[2])(const CastJob&) noexcept;  ///< by VoxelStorage
     void (*cast_trilinear[2])(const CastJob&) noexcept;
     void (*cast_joseph_derivatives[2])(const CastJob&) noexcept;

@@ -21,6 +21,38 @@ struct Lanes {
     static constexpr int packets_per_tile = kTilePx * kTilePx / count;
 };
 
+/// a * b + c in one instruction where the set has it (xsimd 8.1 makes two of it for AVX-512: see pairs_avx512.h).
+template <class Arch>
+struct Fused {
+    using Floats = typename Lanes<Arch>::Floats;
+    static Floats multiply_add(const Floats& a, const Floats& b, const Floats& c) { return xsimd::fma(a, b, c); }
+};
+template <class Floats>
+Floats fused(const Floats& a, const Floats& b, const Floats& c) {
+    return Fused<typename Floats::arch_type>::multiply_add(a, b, c);
+}
+
+/// Four doubles that compilers make vectors of for any instruction set; loops from float to double stay scalar. They go
+/// by reference: by value, sets without such registers would have another calling convention.
+using FourFloats [[gnu::vector_size(4 * sizeof(float))]] = float;
+using FourDoubles [[gnu::vector_size(4 * sizeof(double))]] = double;
+
+inline void load_four(const float* from, FourDoubles& to) {
+    FourFloats floats;
+    __builtin_memcpy(&floats, from, sizeof(floats));
+    to = __builtin_convertvector(floats, FourDoubles);
+}
+
+/// All numbers in order.
+template <int count>
+double total_of(const FourDoubles (&parts)[count]) {
+    double sum = 0;
+    for (const FourDoubles& part : parts) {
+        for (int lane = 0; lane < 4; ++lane) sum += part[lane];
+    }
+    return sum;
+}
+
 inline double minimum(double a, double b) { return b < a ? b : a; }
 inline double maximum(double a, double b) { return a < b ? b : a; }
 
@@ -82,15 +114,53 @@ inline bool is_needed(const CastJob& job, int x, int y) {
     return !job.needed || job.needed[y / kNeedPx * job.needed_stride + x / kNeedPx];
 }
 
-/// True if a block that touches rows [row_low, row_high] and columns [column_low, column_high] of a slab holds a
-/// non-zero voxel. Both ranges are clipped to the volume here.
-inline bool is_occupied(const PlaneLayout& layout, int slab, double row_low, double row_high, double column_low,
-                        double column_high) {
-    if (!(row_high > -1 && row_low < layout.rows && column_high > -1 && column_low < layout.columns)) return false;
-    const int r0 = floor_clamped(row_low, 0, layout.rows - 1) / kBlockVoxels;
-    const int r1 = floor_clamped(row_high + 1, 0, layout.rows - 1) / kBlockVoxels + 1;
-    const int c0 = floor_clamped(column_low, 0, layout.columns - 1) / kBlockVoxels;
-    const int c1 = floor_clamped(column_high + 1, 0, layout.columns - 1) / kBlockVoxels + 1;
+/// Writes a packet's values, one a lane, to its pixels of an image: those of `lanes`.
+template <class Packet>
+void store_pixels(const Packet& packet, const float* values, float* image, std::ptrdiff_t stride) {
+    constexpr int count = Packet::count, width = count >= 8 ? 4 : 2;
+    image += packet.y * stride + packet.x;
+    for (int row = 0; row < count / width; ++row, image += stride, values += width) {
+        const unsigned lanes = packet.lanes >> row * width & ((1U << width) - 1);
+        if (lanes == (1U << width) - 1) {
+            __builtin_memcpy(image, values, width * sizeof(float));
+            continue;
+        }
+        for (int i = 0; i < width; ++i) {
+            if (lanes >> i & 1) image[i] = values[i];
+        }
+    }
+}
+
+/// Where a voxel is, or would be: see PlaneLayout for those that may be read.
+template <class Voxel>
+const Voxel* voxel_at(const PlaneLayout& layout, int plane, int row, int column) {
+    return static_cast<const Voxel*>(layout.origin) + (plane - layout.begin[0]) * layout.plane_stride +
+           (row - layout.begin[1]) * layout.row_stride + (column - layout.begin[2]);
+}
+
+constexpr double kSlack = 1e-3;  ///< of a voxel: covers the rounding of the floats that address the voxels
+
+/// Rows (or columns) of a plane, both ends included.
+struct Range {
+    double low, high;
+};
+
+/// Rows (or columns) at distances d0 .. d1 from the source that lines with slopes line .. line + spread can meet, or
+/// line - spread .. line where d is negative; widened by kSlack.
+inline Range line_range(double source, double line, double spread, double d0, double d1) {
+    const double reach = spread * maximum(__builtin_fabs(d0), __builtin_fabs(d1));
+    return {source + minimum(d0 * line, d1 * line) - kSlack, source + maximum(d0 * line, d1 * line) + reach + kSlack};
+}
+
+/// True if a block that touches these rows and columns of a slab holds a non-zero voxel. Slab and ranges are clipped to
+/// the volume here.
+inline bool is_occupied(const PlaneLayout& layout, int slab, const Range& rows, const Range& columns) {
+    if (slab < 0 || slab * kSlabPlanes >= layout.planes) return false;
+    if (!(rows.high > -1 && rows.low < layout.rows && columns.high > -1 && columns.low < layout.columns)) return false;
+    const int r0 = floor_clamped(rows.low, 0, layout.rows - 1) / kBlockVoxels;
+    const int r1 = floor_clamped(rows.high + 1, 0, layout.rows - 1) / kBlockVoxels + 1;
+    const int c0 = floor_clamped(columns.low, 0, layout.columns - 1) / kBlockVoxels;
+    const int c1 = floor_clamped(columns.high + 1, 0, layout.columns - 1) / kBlockVoxels + 1;
     const std::ptrdiff_t stride = layout.block_columns + 1;
     const std::int32_t* table = layout.occupied + slab * stride * (layout.block_rows + 1);
     return table[r1 * stride + c1] - table[r0 * stride + c1] - table[r1 * stride + c0] + table[r0 * stride + c0] > 0;

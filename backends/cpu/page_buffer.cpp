@@ -13,7 +13,7 @@
 namespace raylign::cpu {
 namespace {
 
-constexpr std::size_t kHugePage = std::size_t{2} << 20;
+constexpr std::size_t kHugePage = PageBuffer::kPageBytes;
 
 void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #ifdef MADV_HUGEPAGE
@@ -31,6 +31,21 @@ void* map_pages(std::size_t bytes) {
     munmap(begin + before + bytes, kHugePage - before);
     ask_for_huge_pages(begin + before, bytes);
     return begin + before;
+}
+
+/// What a container's limit leaves: the limit less what is used, but for files that can be read again.
+std::size_t free_in_container() {
+    std::size_t limit = 0, used = 0, files = 0;
+    if (!(std::ifstream("/sys/fs/cgroup/memory.max") >> limit)) return SIZE_MAX;  // no limit, or the word "max"
+    std::ifstream("/sys/fs/cgroup/memory.current") >> used;
+    std::ifstream stat("/sys/fs/cgroup/memory.stat");
+    for (std::string key; stat >> key;) {
+        std::size_t bytes = 0;
+        stat >> bytes;
+        if (key == "inactive_file") files = bytes;
+    }
+    used -= std::min(files, used);
+    return limit - std::min(used, limit);
 }
 
 }  // namespace
@@ -56,9 +71,7 @@ std::size_t free_memory() {
         std::size_t kib = 0;
         if (key == "MemAvailable:" && machine >> kib) bytes = std::min(bytes, kib << 10);
     }
-    std::ifstream container("/sys/fs/cgroup/memory.max");  // a number, or "max"
-    if (std::size_t limit = 0; container >> limit) bytes = std::min(bytes, limit);
-    return bytes;
+    return std::min(bytes, free_in_container());
 }
 
 }  // namespace raylign::cpu

@@ -9,6 +9,8 @@ namespace raylign::cpu {
 /// 4-KiB page of its own otherwise. The system clears a page when it is first touched, by the thread that touches it.
 class PageBuffer {
 public:
+    static constexpr std::size_t kPageBytes = std::size_t{2} << 20;
+
     PageBuffer() = default;
     /// Throws Error, before anything is allocated, where the memory that is free now cannot hold it. `what` names it.
     PageBuffer(std::size_t bytes, const char* what);

@@ -1,38 +1,112 @@
 #pragma once
 
-#include "backends/cpu/pairs.h"
+#include "backends/cpu/joseph_derivatives.h"
+#include "backends/cpu/joseph_tile.h"
+#include "backends/cpu/trilinear_packet.h"
 
 namespace raylign::cpu {
 namespace {
 
-/// The rays of a packet as sample positions.
-template <class Arch>
-struct alignas(64) TrilinearPacket {
-    static constexpr int count = Lanes<Arch>::count;
-    double start[3][count], step[3][count];  ///< voxel coordinates of sample k: start + k * step
-    double end[count];                       ///< samples from this one on do not count, where limited
-    float sum[count];
-    double first, last;  ///< samples [first, last) meet the volume
-    int x, y;
-    unsigned lanes;
-    bool limited;
-};
-
-/// The midpoint rule for one tile: samples at (k + 1/2) step from the source, on the layout of dominant axis 2. Samples
-/// outside the support are zero, so a packet may take more of them than a ray needs without changing its sum.
-template <class Arch, class Voxel>
+/// The midpoint rule for one tile: samples at (k + 1/2) step from the source, with their slopes where derivatives are
+/// asked for. Samples outside the support are zero, so a packet may take more of them than a ray needs without changing
+/// its sum.
+template <class Arch, class Voxel, Order order>
 struct Trilinear {
     using L = Lanes<Arch>;
     using Floats = typename L::Floats;
     using Ints = typename L::Ints;
-    static constexpr int kChunk = 32;  ///< samples that all packets of a tile take before the next ones
-
     using Packet = TrilinearPacket<Arch>;
+    using ByPlanes = TrilinearFootprint<Arch>;
 
     static void cast(const CastJob& job) noexcept {
         Packet* packets = static_cast<Packet*>(job.scratch);
-        const PlaneLayout& layout = job.layouts[2];
-        const int count = collect(job, layout, packets);
+        const int axis = ByPlanes::available ? axis_of(job) : 2;
+        int by_planes = 0;
+        const int count = collect(job, axis, packets, by_planes);
+        if (by_planes > 0) march_planes(job, axis, packets, by_planes);
+        march_samples(job.layouts[axis], packets + by_planes, count - by_planes);
+        for (int i = 0; i < count; ++i) {
+            store(job, axis, packets[i]);
+            if constexpr (order == Order::derivatives) store_trilinear_derivatives(job, axis, packets[i]);
+        }
+    }
+
+private:
+    /// Of the tile's middle pixel: all its rays are about as long along this axis.
+    static int axis_of(const CastJob& job) {
+        const PacketRays<1, 1> ray(job, (job.x0 + job.x1) / 2, (job.y0 + job.y1) / 2);
+        for (int axis = 0; axis < 2; ++axis) {
+            if (ray.lanes_along(axis, job.axis_ratio)) return axis;
+        }
+        return 2;
+    }
+
+    /// Returns the number of packets; those to be taken plane by plane come first.
+    static int collect(const CastJob& job, int axis, Packet* packets, int& by_planes) {
+        const double source[3] = {job.source[kAxisOrder[axis][0]], job.source[kAxisOrder[axis][1]],
+                                  job.source[kAxisOrder[axis][2]]};
+        int count = 0;
+        for (int y = job.y0; y < job.y1; y += L::height) {
+            for (int x = job.x0; x < job.x1; x += L::width) {
+                if (!is_needed(job, x, y)) continue;
+                const PacketRays<L::count, L::width> rays(job, x, y);
+                Packet& packet = packets[count];
+                packet.x = x;
+                packet.y = y;
+                packet.lanes = rays.inside;
+                set_samples(job, axis, rays, packet);
+                const int parts = ByPlanes::split(job.layouts[axis], source, &packet);
+                count += parts > 0 ? parts : 1;
+                for (int i = count - parts; i < count; ++i, ++by_planes) {
+                    if (by_planes == i) continue;
+                    const Packet other = packets[by_planes];
+                    packets[by_planes] = packets[i];
+                    packets[i] = other;
+                }
+            }
+        }
+        return count;
+    }
+
+    /// Plane by plane, slab by slab as in Joseph: slab s holds the samples between planes 16 s - 1 and 16 s + 15.
+    static void march_planes(const CastJob& job, int axis, Packet* packets, int count) {
+        const PlaneLayout& layout = job.layouts[axis];
+        const double plane_source = job.source[kAxisOrder[axis][0]], row_source = job.source[kAxisOrder[axis][1]],
+                     column_source = job.source[kAxisOrder[axis][2]];
+        const TileBounds<Packet> bounds(packets, count);
+        const int first = layout.begin[0] / kSlabPlanes, last = (layout.end[0] + kSlabPlanes - 1) / kSlabPlanes;
+        TileSlab<Packet> next(job, axis, bounds, first, 1);
+        for (int slab = first; slab <= last; ++slab) {
+            const TileSlab<Packet> tile = next;
+            next = TileSlab<Packet>(job, axis, bounds, slab + 1, 1);
+            Prefetch<Voxel> prefetch(layout, next, count);
+            if (!tile.occupied) {
+                prefetch.all();
+                continue;
+            }
+            SlabPart part{};
+            part.begin = slab * kSlabPlanes - 1;
+            part.end = part.begin + kSlabPlanes < layout.planes ? part.begin + kSlabPlanes : layout.planes;
+            part.d0 = part.begin - plane_source;
+            part.d1 = part.end - plane_source;
+            for (Packet* packet = packets; packet != packets + count; ++packet) {
+                prefetch.some();
+                const Range rows = line_range(row_source, packet->row_line, packet->row_spread, part.d0, part.d1);
+                const Range columns =
+                    line_range(column_source, packet->column_line, packet->column_spread, part.d0, part.d1);
+                if (!is_occupied(layout, slab, rows, columns) && !is_occupied(layout, slab - 1, rows, columns))
+                    continue;
+                part.row = row_source + part.d0 * packet->row_line;
+                part.column = column_source + part.d0 * packet->column_line;
+                part.row0 = floor_clamped(rows.low - 1, -1, layout.rows);
+                part.column0 = floor_clamped(columns.low - 1, -1, layout.columns);
+                ByPlanes::template march<Voxel, order>(layout, *packet, part);
+            }
+        }
+    }
+
+    /// The packets that are left, sample by sample: all rays of a packet take the same number at once.
+    static void march_samples(const PlaneLayout& layout, Packet* packets, int count) {
         double first = 1e300, last = 0;
         for (const Packet* packet = packets; packet != packets + count; ++packet) {
             if (!(packet->first < packet->last)) continue;
@@ -47,162 +121,123 @@ struct Trilinear {
                 if (a < b) march_chunk(layout, *packet, a, static_cast<int>(b - a));
             }
         }
-        store(job, packets, count);
     }
 
-    // Shared with trilinear_derivatives_kernel.h.
-    static int collect(const CastJob& job, const PlaneLayout& layout, Packet* packets) {
-        int count = 0;
-        for (int y = job.y0; y < job.y1; y += L::height) {
-            for (int x = job.x0; x < job.x1; x += L::width) {
-                if (!is_needed(job, x, y)) continue;
-                const PacketRays<L::count, L::width> rays(job, x, y);
-                Packet& packet = packets[count++];
-                packet.x = x;
-                packet.y = y;
-                packet.lanes = rays.inside;
-                set_samples(job, layout, rays, packet);
-            }
-        }
-        return count;
-    }
+    static constexpr int kChunk = 32;  ///< samples that all packets of a tile take before the next ones
 
-    /// Depths at which a ray is inside the support (-1, n)^3, from the source on; empty if begin >= end.
-    static void clip(const CastJob& job, const PlaneLayout& layout, const PacketRays<L::count, L::width>& rays,
-                     int lane, double& begin, double& end) {
-        const int sizes[3] = {layout.columns, layout.rows, layout.planes};
-        begin = 0;
-        end = __builtin_inf();
-        for (int axis = 0; axis < 3; ++axis) {
-            const double low = -1 - job.source[axis], high = sizes[axis] - job.source[axis], r = rays.ray[axis][lane];
-            if (r == 0) {  // parallel: inside everywhere or nowhere
-                if (!(low < 0 && high > 0)) end = 0;
-                continue;
-            }
-            const double a = low / r, b = high / r;
-            begin = maximum(begin, minimum(a, b));
-            end = minimum(end, maximum(a, b));
-        }
-    }
-
-    static void set_samples(const CastJob& job, const PlaneLayout& layout, const PacketRays<L::count, L::width>& rays,
-                            Packet& packet) {
-        packet.first = 1e300;
-        packet.last = 0;
-        packet.limited = false;
-        for (int i = 0; i < L::count; ++i) {
-            const double mx = job.spacing_mm[0] * rays.ray[0][i], my = job.spacing_mm[1] * rays.ray[1][i],
-                         mz = job.spacing_mm[2] * rays.ray[2][i];
-            const double depth_per_step = job.step_mm / __builtin_sqrt(mx * mx + my * my + mz * mz);
-            for (int axis = 0; axis < 3; ++axis) {
-                packet.step[axis][i] = depth_per_step * rays.ray[axis][i];
-                packet.start[axis][i] = job.source[axis] + 0.5 * packet.step[axis][i];
-            }
-            packet.sum[i] = 0;
-            packet.end[i] = __builtin_inf();
-            double begin, end;
-            clip(job, layout, rays, i, begin, end);
-            if (end > job.depth_max_mm) {  // the detector stands in the volume or before it
-                end = job.depth_max_mm;
-                packet.limited = true;
-                packet.end[i] = begin < end ? sample_end(end, depth_per_step) : 0;
-            }
-            if (!(begin < end)) continue;
-            packet.first = minimum(packet.first, maximum(0, __builtin_floor(begin / depth_per_step - 0.5)));
-            packet.last = maximum(packet.last, sample_end(end, depth_per_step));
-        }
-    }
-
-    /// The number of samples with (k + 1/2) depth_per_step < end, by the very comparison of the reference.
-    static double sample_end(double end, double depth_per_step) {
-        double k = maximum(0, __builtin_floor(end / depth_per_step - 0.5));
-        while (k > 0 && !((k - 0.5) * depth_per_step < end)) --k;
-        while ((k + 0.5) * depth_per_step < end) ++k;
-        return k;
-    }
-
-    /// Adds `samples` samples from number `first` on to the sums of a packet.
-    static void march_chunk(const PlaneLayout& layout, Packet& packet, double first, int samples) {
-        const int sizes[3] = {layout.columns, layout.rows, layout.planes};
+    /// The coordinates of a run of samples, as floats from a base voxel before all of them on.
+    struct Run {
         alignas(64) float start[3][L::count], step[3][L::count], end[L::count];
         int base[3];
         double low[3], high[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            low[axis] = 1e300;
-            high[axis] = -1e300;
-            for (int i = 0; i < L::count; ++i) {
-                const double a = packet.start[axis][i] + first * packet.step[axis][i];
-                const double b = a + (samples - 1) * packet.step[axis][i];
-                low[axis] = minimum(low[axis], minimum(a, b));
-                high[axis] = maximum(high[axis], maximum(a, b));
+
+        Run(const PlaneLayout& layout, const Packet& packet, double first, int samples) {
+            const int sizes[3] = {layout.planes, layout.rows, layout.columns};
+            for (int axis = 0; axis < 3; ++axis) {
+                low[axis] = 1e300;
+                high[axis] = -1e300;
+                for (int i = 0; i < L::count; ++i) {
+                    const double a = packet.start[axis][i] + first * packet.step[axis][i];
+                    const double b = a + (samples - 1) * packet.step[axis][i];
+                    low[axis] = minimum(low[axis], minimum(a, b));
+                    high[axis] = maximum(high[axis], maximum(a, b));
+                }
+                base[axis] = floor_clamped(low[axis] - 1, -1, sizes[axis]);
+                for (int i = 0; i < L::count; ++i) {
+                    start[axis][i] =
+                        static_cast<float>(packet.start[axis][i] + first * packet.step[axis][i] - base[axis]);
+                    step[axis][i] = static_cast<float>(packet.step[axis][i]);
+                }
             }
+            for (int i = 0; i < L::count; ++i) end[i] = static_cast<float>(packet.end[i] - first);
         }
-        if (!is_any_occupied(layout, low, high)) return;
-        for (int axis = 0; axis < 3; ++axis) {
-            base[axis] = floor_clamped(low[axis] - 1, -1, sizes[axis]);
-            for (int i = 0; i < L::count; ++i) {
-                start[axis][i] = static_cast<float>(packet.start[axis][i] + first * packet.step[axis][i] - base[axis]);
-                step[axis][i] = static_cast<float>(packet.step[axis][i]);
+
+        /// True if a block within reach of the run holds a non-zero voxel.
+        [[nodiscard]] bool is_any_occupied(const PlaneLayout& layout) const {
+            const Range rows{low[1] - kSlack, high[1] + kSlack}, columns{low[2] - kSlack, high[2] + kSlack};
+            if (!(high[0] > -1 && low[0] < layout.planes)) return false;
+            const int last = floor_clamped(high[0] + 1 + kSlack, 0, layout.planes - 1) / kSlabPlanes;
+            for (int slab = floor_clamped(low[0] - kSlack, 0, layout.planes - 1) / kSlabPlanes; slab <= last; ++slab) {
+                if (is_occupied(layout, slab, rows, columns)) return true;
             }
+            return false;
         }
-        for (int i = 0; i < L::count; ++i) end[i] = static_cast<float>(packet.end[i] - first);
-        const Floats zero(0.F), x_max(static_cast<float>(sizes[0] - base[0])),
-            y_max(static_cast<float>(sizes[1] - base[1])), z_max(static_cast<float>(sizes[2] - base[2]));
-        const Floats x0 = Floats::load_aligned(start[0]), y0 = Floats::load_aligned(start[1]),
-                     z0 = Floats::load_aligned(start[2]);
-        const Floats dx = Floats::load_aligned(step[0]), dy = Floats::load_aligned(step[1]),
-                     dz = Floats::load_aligned(step[2]);
-        const Voxel* voxels = static_cast<const Voxel*>(layout.origin) + base[2] * layout.plane_stride +
-                              base[1] * layout.row_stride + base[0];
-        Floats sum(0.F);
+    };
+
+    /// Adds `samples` samples from number `first` on to the sums of a packet.
+    static void march_chunk(const PlaneLayout& layout, Packet& packet, double first, int samples) {
+        const Run run(layout, packet, first, samples);
+        if (!run.is_any_occupied(layout)) return;
+        const Voxel* voxels = voxel_at<Voxel>(layout, run.base[0], run.base[1], run.base[2]);
+        // Clamping to the voxels that are there and the zeros around them gives zeros beyond, and no other address.
+        const Floats zero(0.F);
+        Floats least[3], most[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            least[axis] = xsimd::max(zero, Floats(static_cast<float>(layout.begin[axis] - 1 - run.base[axis])));
+            most[axis] = Floats(static_cast<float>(layout.end[axis] - run.base[axis]));
+        }
+        Floats sum(0.F), gradient[3] = {zero, zero, zero}, moment[3] = {zero, zero, zero};
         for (int k = 0; k < samples; ++k) {
             const Floats at(static_cast<float>(k));
-            const Floats x = xsimd::min(xsimd::max(xsimd::fma(at, dx, x0), zero), x_max);
-            const Floats y = xsimd::min(xsimd::max(xsimd::fma(at, dy, y0), zero), y_max);
-            const Floats z = xsimd::min(xsimd::max(xsimd::fma(at, dz, z0), zero), z_max);
-            Floats value = interpolate(layout, voxels, x, y, z);
-            if (packet.limited) value = xsimd::select(at < Floats::load_aligned(end), value, zero);
-            sum += value;
-        }
-        (Floats::load_aligned(packet.sum) + sum).store_aligned(packet.sum);
-    }
-
-    /// True if a block within reach of the box [low, high] holds a non-zero voxel; 1e-3 of a voxel covers rounding.
-    static bool is_any_occupied(const PlaneLayout& layout, const double (&low)[3], const double (&high)[3]) {
-        if (!(high[2] > -1 && low[2] < layout.planes)) return false;
-        const int last = floor_clamped(high[2] + 1 + 1e-3, 0, layout.planes - 1) / kSlabPlanes;
-        for (int slab = floor_clamped(low[2] - 1e-3, 0, layout.planes - 1) / kSlabPlanes; slab <= last; ++slab) {
-            if (is_occupied(layout, slab, low[1] - 1e-3, high[1] + 1e-3, low[0] - 1e-3, high[0] + 1e-3)) return true;
-        }
-        return false;
-    }
-
-    /// Trilinear values; coordinates are >= 0, so that truncation is floor.
-    static Floats interpolate(const PlaneLayout& layout, const Voxel* voxels, const Floats& x, const Floats& y,
-                              const Floats& z) {
-        const Ints xi = xsimd::to_int(x), yi = xsimd::to_int(y), zi = xsimd::to_int(z);
-        const Floats fx = x - xsimd::to_float(xi), fy = y - xsimd::to_float(yi), fz = z - xsimd::to_float(zi);
-        const Ints index = zi * Ints(static_cast<std::int32_t>(layout.plane_stride)) +
-                           yi * Ints(static_cast<std::int32_t>(layout.row_stride)) + xi;
-        Floats planes[2];
-        for (int plane = 0; plane < 2; ++plane, voxels += layout.plane_stride) {
-            Floats v00, v01, v10, v11;
-            Pairs<Arch>::load(voxels, index, v00, v01);
-            Pairs<Arch>::load(voxels + layout.row_stride, index, v10, v11);
-            const Floats v0 = xsimd::fma(fx, v01 - v00, v00), v1 = xsimd::fma(fx, v11 - v10, v10);
-            planes[plane] = xsimd::fma(fy, v1 - v0, v0);
-        }
-        return xsimd::fma(fz, planes[1] - planes[0], planes[0]);
-    }
-
-    static void store(const CastJob& job, const Packet* packets, int count) {
-        for (const Packet* packet = packets; packet != packets + count; ++packet) {
-            for (int i = 0; i < L::count; ++i) {
-                if (!(packet->lanes >> i & 1)) continue;
-                job.image[(packet->y + i / L::width) * job.image_stride + packet->x + i % L::width] =
-                    packet->sum[i] * (static_cast<float>(job.step_mm) * job.layouts[2].unit_per_mm);
+            Floats raw[3], x[3];
+            for (int axis = 0; axis < 3; ++axis) {
+                raw[axis] = fused(at, Floats::load_aligned(run.step[axis]), Floats::load_aligned(run.start[axis]));
+                x[axis] = xsimd::min(xsimd::max(raw[axis], least[axis]), most[axis]);
+            }
+            Sample sample(layout, voxels, x);
+            const auto counts = at < Floats::load_aligned(run.end);
+            if (packet.limited) sample.value = xsimd::select(counts, sample.value, zero);
+            sum += sample.value;
+            if constexpr (order == Order::derivatives) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    // At the lower border the value is 0 either way, but a slope would come from the voxels inside.
+                    const Floats kept = xsimd::select(counts && raw[axis] >= least[axis], sample.slope[axis], zero);
+                    gradient[axis] += kept;
+                    moment[axis] = fused(at, kept, moment[axis]);
+                }
             }
         }
+        add_to(packet.sum, sum);
+        if constexpr (order == Order::derivatives) {
+            const Floats number(static_cast<float>(first + 0.5));
+            for (int axis = 0; axis < 3; ++axis) {
+                add_to(packet.gradient[axis], gradient[axis]);
+                add_to(packet.moment[axis], fused(number, gradient[axis], moment[axis]));
+            }
+        }
+    }
+
+    static void add_to(float* total, const Floats& part) { (Floats::load_aligned(total) + part).store_aligned(total); }
+
+    /// Value and slopes of the trilinear interpolant, from the cells in two planes.
+    struct Sample {
+        Floats value, slope[3];
+
+        /// Coordinates are >= 0, or whole: truncation is floor.
+        Sample(const PlaneLayout& layout, const Voxel* voxels, const Floats (&x)[3]) {
+            const Ints plane = xsimd::to_int(x[0]), row = xsimd::to_int(x[1]), column = xsimd::to_int(x[2]);
+            const Floats fp = x[0] - xsimd::to_float(plane), fr = x[1] - xsimd::to_float(row),
+                         fc = x[2] - xsimd::to_float(column);
+            const Ints index = plane * Ints(static_cast<std::int32_t>(layout.plane_stride)) +
+                               row * Ints(static_cast<std::int32_t>(layout.row_stride)) + column;
+            const Cell<Floats> a = load_cell<Arch>(voxels, index, layout.row_stride),
+                               b = load_cell<Arch>(voxels + layout.plane_stride, index, layout.row_stride);
+            const Floats va = a.value(fr, fc), rise = b.value(fr, fc) - va;
+            value = fused(fp, rise, va);
+            if constexpr (order == Order::derivatives) {
+                const Floats along_row = a.row_slope(fc), along_column = a.column_slope(fr);
+                slope[0] = rise;
+                slope[1] = fused(fp, b.row_slope(fc) - along_row, along_row);
+                slope[2] = fused(fp, b.column_slope(fr) - along_column, along_column);
+            }
+        }
+    };
+
+    static void store(const CastJob& job, int axis, const Packet& packet) {
+        const float scale = static_cast<float>(job.step_mm) * job.layouts[axis].unit_per_mm;
+        float image[L::count];
+        for (int i = 0; i < L::count; ++i) image[i] = packet.sum[i] * scale;
+        store_pixels(packet, image, job.image, job.image_stride);
     }
 };
 

@@ -1,7 +1,4 @@
-// The engine's copy of the volume: every voxel in its place, zeros around, and memory that is refused before it is
-// asked for.
-#include "backends/cpu/volume_layout.h"
-
+// The engine's copies of the volume: every voxel in its place, zeros around, and no memory for what is empty.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -9,27 +6,19 @@
 #include <cstdint>
 
 #include "core/error.h"
+#include "layout_scene.h"
 
 namespace raylign::cpu {
 namespace {
 
-/// 19 x 37 x 21: no multiple of a line, a block or a slab. A ball of noise in air.
 class CpuLayout : public testing::TestWithParam<VoxelStorage> {
 protected:
-    static constexpr int kSize[3] = {19, 37, 21};
-
     CpuLayout() {
-        for (int z = 0; z < kSize[2]; ++z) {
-            for (int y = 0; y < kSize[1]; ++y) {
-                for (int x = 0; x < kSize[0]; ++x) {
-                    const bool inside = (x - 5) * (x - 5) + (y - 20) * (y - 20) + (z - 9) * (z - 9) < 64;
-                    voxels_.push_back(inside ? 1e-3F * static_cast<float>((x + 19 * y + 703 * z) % 97 - 20) : 0.F);
-                }
-            }
-        }
+        const int(&size)[3] = BallInAir::kSize;
+        map_ = map_bricks(ball_.voxels.data(), size, workers_);
     }
-    [[nodiscard]] VolumeLayout::Source source() const {
-        return {voxels_.data(), kFloat32, 1, {1, kSize[0], kSize[0] * kSize[1]}, {kSize[0], kSize[1], kSize[2]}};
+    [[nodiscard]] VolumeLayouts make(int first_axis) {
+        return {ball_.source(), map_, GetParam(), first_axis, workers_};
     }
     /// What a layout must hold at (plane, row, column).
     [[nodiscard]] float truth(int axis, int plane, int row, int column) const {
@@ -37,21 +26,21 @@ protected:
         at[kAxisOrder[axis][0]] = plane;
         at[kAxisOrder[axis][1]] = row;
         at[kAxisOrder[axis][2]] = column;
-        for (int i = 0; i < 3; ++i) {
-            if (at[i] < 0 || at[i] >= kSize[i]) return 0;
-        }
-        return voxels_[at[0] + kSize[0] * (at[1] + static_cast<std::size_t>(kSize[1]) * at[2])];
+        return ball_.at(at[0], at[1], at[2]);
     }
     [[nodiscard]] static float voxel(const PlaneLayout& layout, int plane, int row, int column) {
-        const std::ptrdiff_t at = plane * layout.plane_stride + row * layout.row_stride + column;
+        const std::ptrdiff_t at = (plane - layout.begin[0]) * layout.plane_stride +
+                                  (row - layout.begin[1]) * layout.row_stride + column - layout.begin[2];
         return GetParam() == kInt16 ? layout.unit_per_mm * static_cast<const std::int16_t*>(layout.origin)[at]
                                     : static_cast<const float*>(layout.origin)[at];
     }
+    /// In all that a kernel may read: the box and the padding.
     void expect_voxels(const PlaneLayout& layout, int axis) const {
         const float tolerance = GetParam() == kInt16 ? 0.501F * layout.unit_per_mm : 0;
-        for (int plane = -1; plane < layout.planes + 2; ++plane) {
-            for (int row = -kPadVoxels; row < layout.rows + kPadVoxels; ++row) {
-                for (int column = -kPadVoxels; column < layout.columns + kPadVoxels; ++column) {
+        constexpr int pad = kPadVoxels;
+        for (int plane = layout.begin[0] - pad; plane < layout.end[0] + pad; ++plane) {
+            for (int row = layout.begin[1] - pad; row < layout.end[1] + pad; ++row) {
+                for (int column = layout.begin[2] - pad; column < layout.end[2] + pad; ++column) {
                     ASSERT_LE(std::abs(voxel(layout, plane, row, column) - truth(axis, plane, row, column)), tolerance)
                         << "axis " << axis << " at " << plane << ", " << row << ", " << column;
                 }
@@ -59,35 +48,64 @@ protected:
         }
     }
 
-    std::vector<float> voxels_;
+    BallInAir ball_;
     Workers workers_{2};
+    BrickMap map_;
 };
 
-TEST_P(CpuLayout, HoldsEveryVoxelAndZerosAround) {
+TEST_P(CpuLayout, HoldsEveryVoxelOfTheBoxAndZerosAround) {
     for (int axis = 0; axis < 3; ++axis) {
-        expect_voxels(VolumeLayout(source(), axis, GetParam(), workers_).view(), axis);
+        const VolumeLayouts layouts = make(axis);
+        const PlaneLayout layout = layouts.view(axis);
+        const int sizes[3] = {layout.planes, layout.rows, layout.columns};
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_EQ(sizes[i], BallInAir::kSize[kAxisOrder[axis][i]]);
+            EXPECT_EQ(layout.begin[i], map_.begin[kAxisOrder[axis][i]]);
+            EXPECT_EQ(layout.end[i], map_.end[kAxisOrder[axis][i]]);
+        }
+        expect_voxels(layout, axis);
     }
 }
 
-TEST_P(CpuLayout, MadeFromAnotherLayoutIsTheSame) {
-    for (int from = 0; from < 3; ++from) {
-        const VolumeLayout first(source(), from, GetParam(), workers_);
+TEST_P(CpuLayout, HoldsEveryVoxelWithoutLeavingOutAny) {
+    map_ = all_occupied(map_);
+    for (int axis = 0; axis < 3; ++axis) expect_voxels(make(axis).view(axis), axis);
+}
+
+TEST_P(CpuLayout, MadeFromAnotherCopyIsTheSame) {
+    for (int first = 0; first < 3; ++first) {
+        VolumeLayouts layouts = make(first);
         for (int axis = 0; axis < 3; ++axis) {
-            expect_voxels(VolumeLayout(first.as_source(), axis, GetParam(), workers_).view(), axis);
+            layouts.make(axis, workers_);
+            ASSERT_TRUE(layouts.has(axis));
+            expect_voxels(layouts.view(axis), axis);
         }
     }
 }
 
+TEST_P(CpuLayout, TwoAxesShareACopy) {
+    VolumeLayouts layouts = make(1);
+    EXPECT_TRUE(layouts.has(2));
+    EXPECT_FALSE(layouts.has(0));
+    const std::size_t one = layouts.bytes();
+    layouts.make(2, workers_);
+    EXPECT_LT(layouts.bytes(), one + 4096) << "a table, no voxels";
+    layouts.make(0, workers_);
+    EXPECT_GT(layouts.bytes(), 1.5 * one);
+    EXPECT_EQ(layouts.description(), std::string(GetParam() == kInt16 ? "int16" : "float32") +
+                                         ", 2 copies of 16 x 21 x 21 of 19 x 37 x 21 voxels");
+}
+
 TEST_P(CpuLayout, TheTableCountsOccupiedBlocks) {
     for (int axis = 0; axis < 3; ++axis) {
-        const VolumeLayout owner(source(), axis, GetParam(), workers_);
-        const PlaneLayout layout = owner.view();
+        const VolumeLayouts owner = make(axis);
+        const PlaneLayout layout = owner.view(axis);
         const int stride = layout.block_columns + 1, table = stride * (layout.block_rows + 1);
         std::vector<std::int32_t> counts((layout.planes + kSlabPlanes - 1) / kSlabPlanes * table);
         for (int plane = 0; plane < layout.planes; ++plane) {
             for (int row = 0; row < layout.rows; ++row) {
                 for (int column = 0; column < layout.columns; ++column) {
-                    if (voxel(layout, plane, row, column) == 0) continue;
+                    if (truth(axis, plane, row, column) == 0) continue;
                     counts[plane / kSlabPlanes * table + (row / kBlockVoxels + 1) * stride + column / kBlockVoxels +
                            1] = 1;
                 }
@@ -102,15 +120,14 @@ TEST_P(CpuLayout, TheTableCountsOccupiedBlocks) {
 }
 
 TEST_P(CpuLayout, AVolumeBeyondTheMemoryIsAnErrorBeforeAnyAllocation) {
-    for (const int size : {1 << 16, 1 << 21, 0x7FFFFFFF}) {  // 1 PiB; bytes that wrap around to 0; beyond 64 bits
-        VolumeLayout::Source huge = source();
-        huge.size[0] = huge.size[1] = huge.size[2] = size;
+    for (const int size : {1 << 16, 1 << 21, 0x7FFFFFF0}) {  // 1 PiB; bytes that wrap around to 0; beyond 64 bits
         for (int axis = 0; axis < 3; ++axis) {
             try {
-                const VolumeLayout layout(huge, axis, GetParam(), workers_);
+                const VolumeLayouts layouts(ball_.source(), dense_map(size, size, size), GetParam(), axis, workers_);
                 ADD_FAILURE() << "a layout of " << size << " voxels a side";
             } catch (const Error& error) {
                 EXPECT_THAT(error.what(), testing::HasSubstr("memory: the engine's volume needs"));
+                EXPECT_THAT(error.what(), testing::HasSubstr("MiB are free"));
             }
         }
     }

@@ -72,7 +72,7 @@ TEST(CpuOptions, AnUnknownStorageIsAnError) {
     CpuOptions options;
     options.storage = "float16";
     EXPECT_THAT(message_of(options),
-                testing::AllOf(testing::HasSubstr("float16"), testing::HasSubstr("float32 or int16")));
+                testing::AllOf(testing::HasSubstr("float16"), testing::HasSubstr("auto, float32 or int16")));
 }
 
 TEST(CpuOptions, VolumeBytesCountTheLayoutsInUse) {

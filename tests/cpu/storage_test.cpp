@@ -55,6 +55,7 @@ TEST_P(CpuInt16, CostEqualsReference) {
 
 TEST_P(CpuInt16, TakesHalfTheMemory) {
     options_.storage = "float32";
+    named_.volume = random_volume({70, 70, 64}, {1, 1, 1}, 21);
     const Scene scene = named_.scene(projector_);
     const std::size_t floats = make_cpu_backend(options_)->prepare(scene)->volume_bytes();
     options_.storage = "int16";

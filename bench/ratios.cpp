@@ -1,0 +1,187 @@
+// What the cpu engine's work costs in units of one of its DRRs: derivatives, threads, projectors, storage, setup; and
+// how many cost evaluations a second it makes of small images. Things that are compared take turns, pose by pose, so
+// that a busy machine slows both; the ratio is the median over all pairs.
+//
+// Usage: raylign_ratios [voxels=256] [pixels=256] [poses=21] [rounds=3]
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <string>
+
+#include "bench/bench_scene.h"
+#include "core/error.h"
+#include "core/image/pyramid.h"
+
+namespace raylign::bench {
+namespace {
+
+double seconds(const std::function<void()>& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+    std::ranges::nth_element(values, values.begin() + values.size() / 2);
+    return values[values.size() / 2];
+}
+
+/// All orientations alike.
+std::vector<RigidTransform> poses_all_around(int count) {
+    Random random(5);
+    std::vector<RigidTransform> poses(count);
+    for (RigidTransform& pose : poses) {
+        pose.rotation = Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
+                            .normalized()
+                            .toRotationMatrix();
+        for (int axis = 0; axis < 3; ++axis) pose.translation_mm[axis] = random.uniform(-10, 10);
+    }
+    return poses;
+}
+
+/// A way to spend time on a pose; returns the seconds that count.
+using Work = std::function<double(const RigidTransform&)>;
+
+struct Comparison {
+    std::string what;
+    Work one, other;
+};
+
+void print(const Comparison& comparison, const std::vector<RigidTransform>& poses, int rounds) {
+    std::vector<double> one_s, other_s, ratio;
+    for (const RigidTransform& pose : poses) (void)comparison.one(pose), (void)comparison.other(pose);  // copies, pages
+    for (int round = 0; round < rounds; ++round) {
+        for (const RigidTransform& pose : poses) {
+            one_s.push_back(comparison.one(pose));
+            other_s.push_back(comparison.other(pose));
+            ratio.push_back(one_s.back() / other_s.back());
+        }
+    }
+    std::printf("%-66s %8.2f ms %8.2f ms  ratio %.2f\n", comparison.what.c_str(), 1e3 * median(one_s),
+                1e3 * median(other_s), median(ratio));
+}
+
+class Engine {
+public:
+    Engine(const BenchScene& scene, int threads, Projector projector = Projector::joseph,
+           const std::string& storage = "float32")
+        : session_(create_backend("cpu", {.threads = threads, .storage = storage})
+                       .backend->prepare({scene.volume, std::span(scene.views).first(1), {projector, 0}, {}})) {}
+
+    [[nodiscard]] Work drr() const {
+        return [s = session_](const RigidTransform& pose) { return seconds([&] { (void)s->render(pose, 0); }); };
+    }
+    [[nodiscard]] Work evaluate() const {
+        return [s = session_](const RigidTransform& pose) {
+            double cost = 0;
+            return seconds([&] { s->evaluate({&pose, 1}, {&cost, 1}); });
+        };
+    }
+    [[nodiscard]] Work linearize() const {
+        return [s = session_](const RigidTransform& pose) { return seconds([&] { linearize_once(*s, pose); }); };
+    }
+    /// The part of linearize that makes images.
+    [[nodiscard]] Work derivative_images() const {
+        return [s = session_](const RigidTransform& pose) {
+            const double before_s = s->timing().drr_s;
+            linearize_once(*s, pose);
+            return s->timing().drr_s - before_s;
+        };
+    }
+
+private:
+    static void linearize_once(Session& session, const RigidTransform& pose) {
+        Linearization result;
+        session.linearize({&pose, 1}, Eigen::Vector3d::Zero(), {&result, 1});
+    }
+
+    std::shared_ptr<Session> session_;
+};
+
+void print_setup(const BenchScene& scene, const std::vector<RigidTransform>& poses) {
+    std::vector<double> prepare_s, copies_s, pyramid_s, drr_s;
+    for (int round = 0; round < 5; ++round) {
+        std::shared_ptr<Session> session;
+        prepare_s.push_back(seconds([&] {
+            session = create_backend("cpu").backend->prepare({scene.volume, std::span(scene.views).first(1), {}, {}});
+        }));
+        const double before_s = session->timing().prepare_s;
+        for (const RigidTransform& pose : poses) (void)session->render(pose, 0);  // around: all copies are made
+        copies_s.push_back(session->timing().prepare_s - before_s);
+        pyramid_s.push_back(seconds([&] { (void)half_resolution(half_resolution(scene.volume)); }));
+        for (const RigidTransform& pose : poses) drr_s.push_back(seconds([&] { (void)session->render(pose, 0); }));
+    }
+    const double drr = median(drr_s), all = median(prepare_s) + median(copies_s) + median(pyramid_s);
+    std::printf(
+        "setup: prepare %.1f ms, the other copies %.1f ms, two levels of the pyramid %.1f ms: %.1f DRRs of %.2f ms\n",
+        1e3 * median(prepare_s), 1e3 * median(copies_s), 1e3 * median(pyramid_s), all / drr, 1e3 * drr);
+}
+
+/// One view of 64^2 pixels of 64^3 voxels, gradient correlation.
+void print_small_batches() {
+    const BenchScene scene = make_scene(64, 64);
+    std::printf("\n64^3 voxels, 64^2 pixels, one view, gradient correlation: cost evaluations a second\n%8s", "batch");
+    for (const int threads : {1, 2}) std::printf("%12d thread%s", threads, threads > 1 ? "s" : "");
+    for (const int batch : {1, 4, 16, 64, 256}) {
+        std::printf("\n%8d", batch);
+        for (const int threads : {1, 2}) {
+            const auto session = create_backend("cpu", {.threads = threads})
+                                     .backend->prepare({scene.volume, std::span(scene.views).first(1), {}, {}});
+            const auto poses = poses_around(scene.truth, 256);
+            std::vector<double> costs(poses.size()), rates;
+            for (int round = 0; round < 9; ++round) {
+                rates.push_back(static_cast<double>(poses.size()) / seconds([&] {
+                                    for (std::size_t i = 0; i < poses.size(); i += batch) {
+                                        session->evaluate(std::span(poses).subspan(i, batch),
+                                                          std::span(costs).subspan(i, batch));
+                                    }
+                                }));
+            }
+            std::printf("%19.0f", median(rates));
+            if (!std::ranges::all_of(costs, [](double cost) { return cost > 0 && cost < 2; }))
+                throw Error("a wrong cost");
+        }
+    }
+    std::printf("\n");
+}
+
+void run(int voxels, int pixels, int pose_count, int rounds) {
+    const BenchScene scene = make_scene(voxels, pixels);
+    const auto poses = poses_all_around(pose_count);
+    const Engine two(scene, 2), one(scene, 1), trilinear(scene, 2, Projector::trilinear),
+        int16(scene, 2, Projector::joseph, "int16");
+    const BackendInfo info = create_backend("cpu").backend->info();
+    std::printf("%s, %s, spine phantom %d^3, %d^2 pixels, %d poses over all orientations, %d rounds, two threads\n\n",
+                info.device.c_str(), info.instruction_set.c_str(), voxels, pixels, pose_count, rounds);
+    const Comparison comparisons[] = {
+        {"DRR and its six derivative images : DRR", two.derivative_images(), two.drr()},
+        {"linearize (cost, gradient, Gauss-Newton matrix) : DRR", two.linearize(), two.drr()},
+        {"linearize : evaluate", two.linearize(), two.evaluate()},
+        {"DRR on one thread : on two", one.drr(), two.drr()},
+        {"linearize on one thread : on two", one.linearize(), two.linearize()},
+        {"DRR trilinear (steps of half a voxel) : joseph", trilinear.drr(), two.drr()},
+        {"trilinear, and its six derivative images : DRR", trilinear.derivative_images(), trilinear.drr()},
+        {"DRR of int16 voxels : of float32", int16.drr(), two.drr()},
+    };
+    for (const Comparison& comparison : comparisons) print(comparison, poses, rounds);
+    print_setup(scene, poses);
+    print_small_batches();
+}
+
+}  // namespace
+}  // namespace raylign::bench
+
+int main(int argc, char** argv) {
+    const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
+    try {
+        raylign::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3));
+        return 0;
+    } catch (const raylign::Error& error) {
+        std::fprintf(stderr, "raylign_ratios: %s\n", error.what());
+        return 2;
+    }
+}
