@@ -1,23 +1,15 @@
 #include "core/image/intensity.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/image/auto_mask.h"
 #include "core/image/field_of_view.h"
 
 namespace raylign {
 namespace {
-
-constexpr std::string_view kNist = "water in NIST NISTIR 5632 (Hubbell and Seltzer 1995), density 1 g/cm3";
-constexpr std::array<HuPreset, 4> kPresets = {{
-    {"water-70kev", 70, 0.0193, -900, kNist},
-    {"water-60kev", 60, 0.0206, -900, kNist},
-    {"water-80kev", 80, 0.0184, -900, kNist},
-    {"plastimatch", 0, 0.022, -800, "the habit of plastimatch's drr"},
-}};
 
 constexpr double kI0Percentile = 0.995;     // open beam; above it lie hot pixels
 constexpr double kRangePercentile = 0.001;  // of each end: dead and hot pixels do not set the range
@@ -69,9 +61,13 @@ Extremes extremes_of(std::vector<float>& values) {
     return e;
 }
 
+/// The field about the image's middle, or else a round or polygonal one anywhere. Empty where there is no dark frame.
 Image framed_field(const RawXray& raw, const Image& weights, const Extremes& e) {
     if (e.low_share < kLeastAirShare) return {};
-    return field_of_view_weights(raw.image, weights, static_cast<float>(e.low + kDarkShare * (e.high - e.low)));
+    Image field = field_of_view_weights(raw.image, weights, static_cast<float>(e.low + kDarkShare * (e.high - e.low)));
+    constexpr double kLeastRadiusShare = 0.42;  // a bright body in dark air must not pass for a field here
+    if (field.empty()) field = mask_frame(raw.image, weights, kLeastRadiusShare).weights;
+    return field;
 }
 
 /// Weights 0 outside the field of view.
@@ -86,6 +82,13 @@ void exclude_outside(const Image& field, XrayConversion& result) {
 
 Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, bool has_dark_frame,
                                       std::vector<std::string>& decisions) {
+    if (raw.relation_sign != 0 || raw.relation == IntensityRelation::linear) {
+        const bool is_less = raw.relation_sign < 0;
+        decisions.push_back(text("polarity: bone ", is_less ? "bright" : "dark",
+                                 raw.relation_sign != 0 ? ", by PixelIntensityRelationshipSign (0028,1041)"
+                                                        : ", as PixelIntensityRelationship (0028,1040) is LIN"));
+        return is_less ? Polarity::bone_bright : Polarity::bone_dark;
+    }
     if (raw.monochrome1) {
         decisions.push_back("polarity: bone dark, as the image is MONOCHROME1 (large values are shown dark)");
         return Polarity::bone_dark;
@@ -113,6 +116,17 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
 
 IntensityKind settle_kind(const RawXray& raw, const IntensitySettings& settings, std::vector<std::string>& decisions) {
     if (settings.kind != IntensityKind::automatic) return settings.kind;
+    if (raw.relation == IntensityRelation::linear || raw.relation == IntensityRelation::logarithmic) {
+        const bool is_linear = raw.relation == IntensityRelation::linear;
+        decisions.push_back(text("kind: ", is_linear ? "transmission" : "line integral up to a factor",
+                                 ", as PixelIntensityRelationship (0028,1040) is ", is_linear ? "LIN" : "LOG"));
+        return is_linear ? IntensityKind::transmission : IntensityKind::line_integral;
+    }
+    if (raw.relation == IntensityRelation::display) {
+        decisions.emplace_back(
+            "PixelIntensityRelationship (0028,1040) is DISP: the pixels were made up for display, "
+            "their logarithm is only roughly a line integral");
+    }
     decisions.emplace_back(raw.integer_pixels ? "kind: transmission, as the pixels are integers"
                                               : "kind: line integral, as the pixels are floating point");
     return raw.integer_pixels ? IntensityKind::transmission : IntensityKind::line_integral;
@@ -158,6 +172,33 @@ void take_log(Image& image, double i0, double floor_intensity, std::vector<std::
     }
 }
 
+/// Multiplies `mask` into the weights and says what it left out.
+void apply_mask(const AutoMask& mask, std::string_view where, XrayConversion& result) {
+    if (!mask.weights.empty()) {
+        if (result.weights.empty()) result.weights = Image(mask.weights.width, mask.weights.height, 1);
+        for (std::size_t i = 0; i < mask.weights.pixels.size(); ++i) result.weights.pixels[i] *= mask.weights.pixels[i];
+    }
+    for (const std::string& decision : mask.decisions) result.decisions.push_back("auto-mask: " + decision);
+    const bool is_empty =
+        !result.weights.empty() && std::ranges::none_of(result.weights.pixels, [](float w) { return w > 0; });
+    if (is_empty)
+        throw Error("image " + std::string(where) + ": the automatic mask leaves no pixel; give a mask of your own");
+}
+
+/// `has_frame`: the field's frame was left out already.
+void apply_frame_and_marks(const RawXray& raw, const Image& intensities, bool has_frame, std::string_view where,
+                           XrayConversion& result) {
+    if (!raw.shutter.empty()) {
+        const auto shut = static_cast<double>(std::ranges::count(raw.shutter.pixels, 0.0F));
+        apply_mask({raw.shutter,
+                    {text("shutter and collimator by the file's tags, ",
+                          100 * shut / static_cast<double>(raw.shutter.pixels.size()), " % of the pixels")}},
+                   where, result);
+    }
+    if (!has_frame) apply_mask(mask_frame(intensities, result.weights), where, result);
+    apply_mask(mask_marks(intensities, result.weights), where, result);
+}
+
 void convert_transmission(const RawXray& raw, const IntensitySettings& settings, std::string_view where,
                           XrayConversion& result) {
     std::vector<float> values = usable_pixels(raw.image, result.weights);
@@ -169,21 +210,56 @@ void convert_transmission(const RawXray& raw, const IntensitySettings& settings,
     }
     if (!field.empty()) exclude_outside(field, result);
     make_intensities(result.line_integral, raw, polarity, values, result.decisions);
+    const Image intensities = settings.auto_mask ? result.line_integral : Image();
+    if (settings.auto_mask) apply_frame_and_marks(raw, intensities, !field.empty(), where, result);
     values = usable_pixels(result.line_integral, result.weights);
     if (values.empty()) throw Error("image " + std::string(where) + ": its mask leaves no pixel of the field of view");
     const double i0 = settle_i0(settings, values, where, result.decisions);
+    // After I0, which saturated air would miss.
+    if (settings.auto_mask) apply_mask(mask_clipped(intensities, raw.max_representable), where, result);
     take_log(result.line_integral, i0, raw.integer_pixels ? 0.5 : kFloatFloorShare * i0, result.decisions);
 }
 
-void convert_line_integral(const RawXray& raw, const IntensitySettings& settings, XrayConversion& result) {
+/// Logarithmic pixels have an arbitrary zero: the thinnest 0.5 % of the pixels in use are air.
+void subtract_air(XrayConversion& result) {
+    std::vector<float> values = usable_pixels(result.line_integral, result.weights);
+    if (values.empty()) return;
+    const double air = percentile(values, 1 - kI0Percentile);
+    for (float& value : result.line_integral.pixels) value -= static_cast<float>(air);
+    result.decisions.push_back(text("logarithmic pixels: ", air, " was subtracted, the 0.5th percentile (air)"));
+}
+
+/// Line integrals have no scale of intensities: their range stands for a factor of 20.
+void mask_line_integrals(const RawXray& raw, std::string_view where, XrayConversion& result) {
+    std::vector<float> values = usable_pixels(result.line_integral, result.weights);
+    if (values.empty()) return;
+    const Extremes extremes = extremes_of(values);
+    const double range = extremes.high - extremes.low;
+    if (!(range > 0)) return;
+    Image intensities = result.line_integral;
+    for (float& value : intensities.pixels) value = static_cast<float>(std::exp(-3 * (value - extremes.low) / range));
+    apply_frame_and_marks(raw, intensities, false, where, result);
+    if (raw.integer_pixels) apply_mask(mask_clipped(raw.image, raw.max_representable), where, result);
+}
+
+void convert_line_integral(const RawXray& raw, const IntensitySettings& settings, std::string_view where,
+                           XrayConversion& result) {
     Polarity polarity = settings.polarity;
-    if (polarity == Polarity::automatic) {
+    if (polarity == Polarity::automatic && (raw.relation_sign != 0 || raw.relation == IntensityRelation::logarithmic)) {
+        polarity = raw.relation_sign < 0 ? Polarity::bone_bright : Polarity::bone_dark;
+        result.decisions.push_back(text("polarity: bone ", raw.relation_sign < 0 ? "bright" : "dark", ", by ",
+                                        raw.relation_sign != 0 ? "PixelIntensityRelationshipSign (0028,1041)"
+                                                               : "PixelIntensityRelationship (0028,1040)"));
+    } else if (polarity == Polarity::automatic) {
         polarity = raw.monochrome1 ? Polarity::bone_dark : Polarity::bone_bright;
         result.decisions.emplace_back(raw.monochrome1 ? "polarity: bone dark, as the image is MONOCHROME1"
                                                       : "polarity: bone bright, as is usual for line integrals");
     }
-    if (polarity == Polarity::bone_bright) return;
-    for (float& value : result.line_integral.pixels) value = -value;
+    if (polarity == Polarity::bone_dark) {
+        for (float& value : result.line_integral.pixels) value = -value;
+    }
+    if (raw.relation == IntensityRelation::logarithmic) subtract_air(result);
+    if (settings.auto_mask) mask_line_integrals(raw, where, result);
 }
 
 /// Weights: the mask, with 0 at pixels that are not finite. Those become 0, so that 0 * pixel is 0 and not NaN.
@@ -201,22 +277,6 @@ void exclude_non_finite(XrayConversion& result) {
 
 }  // namespace
 
-std::span<const HuPreset> hu_presets() { return kPresets; }
-
-const HuPreset& hu_preset(std::string_view name) {
-    std::string allowed;
-    for (const HuPreset& preset : kPresets) {
-        if (preset.name == name) return preset;
-        allowed += (allowed.empty() ? "one of " : ", ") + std::string(preset.name);
-    }
-    throw bad_value("HU preset", name, allowed);
-}
-
-float attenuation_from_hu(double hu, const HuPreset& preset) {
-    if (hu <= preset.cutoff_hu) return 0;
-    return static_cast<float>(preset.water_per_mm * (1 + hu / 1000));
-}
-
 XrayConversion line_integral_from_xray(const RawXray& raw, const Image& mask, const IntensitySettings& settings,
                                        std::string_view where) {
     const auto size = [](const Image& image) { return text(image.width, " x ", image.height); };
@@ -231,7 +291,7 @@ XrayConversion line_integral_from_xray(const RawXray& raw, const Image& mask, co
     if (settle_kind(raw, settings, result.decisions) == IntensityKind::transmission) {
         convert_transmission(raw, settings, where, result);
     } else {
-        convert_line_integral(raw, settings, result);
+        convert_line_integral(raw, settings, where, result);
     }
     exclude_non_finite(result);
     return result;

@@ -31,7 +31,12 @@ struct IntensitySettings {
     IntensityKind kind = IntensityKind::automatic;
     Polarity polarity = Polarity::automatic;
     std::optional<double> i0;  ///< open-beam intensity of a transmission image; default: settled from the image
+    bool auto_mask = false;    ///< also leave out shutter, collimator, letters, saturated and zero pixels (auto_mask.h)
 };
+
+/// What a DICOM file says of its pixels (0028,1040): proportional to the X-rays that arrive, to their logarithm, or
+/// made up for display.
+enum class IntensityRelation { unknown, linear, logarithmic, display };
 
 /// Pixels as read from a file.
 struct RawXray {
@@ -39,6 +44,9 @@ struct RawXray {
     bool integer_pixels = false;   ///< stored as integers: a detector's counts rather than line integrals
     double max_representable = 0;  ///< of the stored type, e.g. 255; 0 for float
     bool monochrome1 = false;      ///< DICOM: large values are dark
+    IntensityRelation relation = IntensityRelation::unknown;
+    int relation_sign = 0;  ///< DICOM (0028,1041): 1 = larger pixels for more X-rays, -1 = for fewer, 0 = not said
+    Image shutter;          ///< DICOM shutter and collimator tags: 0 outside; empty = none
 };
 
 struct XrayConversion {
@@ -48,7 +56,9 @@ struct XrayConversion {
 };
 
 /// transmission: -log(I / I0) with I floored at a small positive share of I0; line integral: as is, sign by polarity.
-/// Automatic kind: integer pixels are transmission, float pixels line integrals.
+/// Automatic kind: what DICOM's intensity relationship says, else integer pixels are transmission, float pixels line
+/// integrals. Automatic polarity: its sign, else MONOCHROME1, else where the air gathers. Logarithmic pixels are line
+/// integrals up to a factor: air (the 99.5th percentile of thinness) becomes 0.
 /// Throws Error for I0 <= 0, sizes that differ, or an image without any finite pixel. `where` names the file.
 [[nodiscard]] XrayConversion line_integral_from_xray(const RawXray& raw, const Image& mask,
                                                      const IntensitySettings& settings, std::string_view where);

@@ -18,9 +18,9 @@ constexpr std::uint32_t kUndefinedLength = 0xffffffff, kItem = 0xfffee000, kItem
                         kSequenceEnd = 0xfffee0dd;
 constexpr std::uint32_t kTransferSyntax = 0x00020010, kPixelData = 0x7fe00010;
 constexpr std::uint32_t kRows = 0x00280010, kColumns = 0x00280011, kSamples = 0x00280002, kBitsAllocated = 0x00280100,
-                        kFrames = 0x00280008;
-constexpr std::uint32_t kLongestKept = 256;  // bytes: every tag that is asked for is shorter
-constexpr int kDeepest = 32;                 // sequences within sequences
+                        kFrames = 0x00280008, kIntensitySign = 0x00281041;
+constexpr std::uint32_t kLongestKept = 1 << 16;  // bytes: angles of every frame of a long run; icons are longer
+constexpr int kDeepest = 32;                     // sequences within sequences
 
 struct Encoding {
     bool is_explicit = true, is_big_endian = false;
@@ -125,6 +125,9 @@ private:
         const bool is_us =
             element.tag == kRows || element.tag == kColumns || element.tag == kSamples || element.tag == kBitsAllocated;
         if (is_us && element.length == 2) return std::to_string(integer(2, encoding.is_big_endian));
+        if (element.tag == kIntensitySign && element.length == 2) {
+            return std::to_string(static_cast<std::int16_t>(integer(2, encoding.is_big_endian)));
+        }
         const std::string raw = bytes(element.length);
         const std::size_t end = raw.find_last_not_of(std::string_view(" \0", 2));
         return std::string(trimmed(std::string_view(raw).substr(0, end == std::string::npos ? 0 : end + 1)));
@@ -187,6 +190,11 @@ std::vector<double> DicomTags::numbers(std::uint32_t tag, std::size_t count) con
     }
     if (numbers.size() != count) numbers.clear();
     return numbers;
+}
+
+std::vector<double> DicomTags::all_numbers(std::uint32_t tag) const {
+    const std::string value = text(tag);
+    return value.empty() ? std::vector<double>() : numbers(tag, split(value, '\\').size());
 }
 
 double DicomTags::number(std::uint32_t tag, double otherwise) const {

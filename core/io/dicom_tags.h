@@ -11,12 +11,15 @@ namespace raylign::detail {
 
 /// The file's top-level elements whose values are short, by (group << 16) + element; without nested ones.
 struct DicomTags {
-    std::map<std::uint32_t, std::string> values;  ///< as stored, blanks and zeros at both ends removed; US as text
+    std::map<std::uint32_t, std::string>
+        values;  ///< as stored, blanks and zeros at both ends removed; US and SS as text
     bool has_pixels = false;
 
     [[nodiscard]] std::string text(std::uint32_t tag) const;
     /// Numbers separated by backslashes; empty unless there are `count` finite ones.
     [[nodiscard]] std::vector<double> numbers(std::uint32_t tag, std::size_t count) const;
+    /// As many as there are; empty where one is no finite number.
+    [[nodiscard]] std::vector<double> all_numbers(std::uint32_t tag) const;
     [[nodiscard]] double number(std::uint32_t tag, double otherwise) const;
 };
 

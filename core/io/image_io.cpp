@@ -1,10 +1,13 @@
 #include "core/io/image_io.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "core/error.h"
+#include "core/io/dicom_tags.h"
+#include "core/io/dicom_xray.h"
 #include "core/io/raster.h"
 #include "core/io/text.h"
 
@@ -13,14 +16,31 @@ namespace {
 
 using detail::Raster;
 
+int frames_of(const Raster& raster) {
+    double frames = 1;
+    for (std::size_t axis = 2; axis < raster.size.size(); ++axis) frames *= raster.size[axis];
+    return static_cast<int>(std::min(frames, 1e9));
+}
+
 void check_image(const Raster& raster, const std::filesystem::path& path) {
     if (raster.components != 1) {
         throw bad_value("numbers per pixel", std::to_string(raster.components),
                         "1 (grey; colour and transparency are not read)", path.string());
     }
-    bool is_plane = raster.size.size() >= 2;
-    for (std::size_t axis = 2; axis < raster.size.size(); ++axis) is_plane = is_plane && raster.size[axis] == 1;
-    if (!is_plane) throw bad_value("size", detail::size_text(raster.size), "2-D (one image, one frame)", path.string());
+    if (raster.size.size() < 2) throw bad_value("size", detail::size_text(raster.size), "2-D", path.string());
+}
+
+void check_frame(const Raster& raster, int frame, const std::filesystem::path& path) {
+    const int frames = frames_of(raster);
+    if (frame == 0 && frames > 1) {
+        throw bad_value("size", detail::size_text(raster.size),
+                        "2-D (one image), or \"frame\" in views.json must say which of " + std::to_string(frames) +
+                            " frames, from 1",
+                        path.string());
+    }
+    if (frame > frames || frame < 0) {
+        throw bad_value("frame", std::to_string(frame), "in [1, " + std::to_string(frames) + "]", path.string());
+    }
 }
 
 /// Largest value that the detector could give: of the bits the file says it used, else of the pixel type.
@@ -49,21 +69,53 @@ void set_bytes(Raster& raster, const std::vector<T>& values) {
     std::memcpy(raster.bytes.data(), values.data(), raster.bytes.size());
 }
 
-}  // namespace
+std::optional<detail::DicomTags> tags_of(const Raster& raster, const std::filesystem::path& path) {
+    if (raster.format != detail::FileFormat::dicom) return std::nullopt;
+    return detail::read_dicom_tags(path);
+}
 
-RawXray read_xray(const std::filesystem::path& path) {
-    const Raster raster = detail::read_raster(path, [&](const Raster& header) { check_image(header, path); });
+RawXray frame_of(const Raster& raster, const std::optional<detail::DicomTags>& tags, int frame) {
     RawXray xray;
     xray.image = Image(raster.size[0], raster.size[1]);
+    const std::size_t count = xray.image.pixels.size(), first = count * static_cast<std::size_t>(frame);
     detail::with_pixels(raster, [&](const auto* pixels) {
-        for (std::size_t i = 0; i < xray.image.pixels.size(); ++i) {
-            xray.image.pixels[i] = static_cast<float>(raster.file_value(static_cast<double>(pixels[i])));
+        for (std::size_t i = 0; i < count; ++i) {
+            xray.image.pixels[i] = static_cast<float>(raster.file_value(static_cast<double>(pixels[first + i])));
         }
     });
     xray.integer_pixels = detail::is_integer(raster.type);
     xray.max_representable = max_representable(raster);
     xray.monochrome1 = raster.white_is_zero;
+    if (tags) detail::take_dicom_intensity(*tags, xray);
     return xray;
+}
+
+}  // namespace
+
+RawXray read_xray(const std::filesystem::path& path, int frame) {
+    const Raster raster = detail::read_raster(path, [&](const Raster& header) {
+        check_image(header, path);
+        check_frame(header, frame, path);
+    });
+    return frame_of(raster, tags_of(raster, path), std::max(0, frame - 1));
+}
+
+std::vector<RawXray> read_xray_frames(const std::filesystem::path& path) {
+    const Raster raster = detail::read_raster(path, [&](const Raster& header) { check_image(header, path); });
+    const std::optional<detail::DicomTags> tags = tags_of(raster, path);
+    std::vector<RawXray> frames;
+    for (int i = 0; i < frames_of(raster); ++i) frames.push_back(frame_of(raster, tags, i));
+    return frames;
+}
+
+int xray_frame_count(const std::filesystem::path& path) {
+    constexpr std::uint32_t kFrames = 0x00280008;
+    detail::check_readable_file(path);
+    if (detail::format_of(path) == detail::FileFormat::dicom) {
+        const std::optional<detail::DicomTags> tags = detail::read_dicom_tags(path);
+        if (tags) return std::max(1, static_cast<int>(tags->number(kFrames, 1)));
+    }
+    return frames_of(detail::read_raster(path, [&](const Raster& header) { check_image(header, path); }));
 }
 
 void write_image(const std::filesystem::path& path, const Image& image) {

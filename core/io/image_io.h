@@ -10,8 +10,15 @@
 
 namespace raylign {
 
-/// Reads a single-channel 2-D image: TIFF, PNG, MHA/MHD, NRRD or DICOM.
-[[nodiscard]] RawXray read_xray(const std::filesystem::path& path);
+/// Reads a single-channel 2-D image: TIFF, PNG, MHA/MHD, NRRD or DICOM. `frame` chooses among several (multi-frame
+/// DICOM, TIFF pages, the third axis of a stack), from 1; 0 = there is but one.
+[[nodiscard]] RawXray read_xray(const std::filesystem::path& path, int frame = 0);
+
+/// All frames of such a file, in its order: one reading for a whole sequence.
+[[nodiscard]] std::vector<RawXray> read_xray_frames(const std::filesystem::path& path);
+
+/// How many frames such a file has. A DICOM file's pixels are not read for that.
+[[nodiscard]] int xray_frame_count(const std::filesystem::path& path);
 
 /// Float32 image (TIFF, MHA or NRRD by the extension), to a temporary name first.
 void write_image(const std::filesystem::path& path, const Image& image);

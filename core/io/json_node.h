@@ -33,6 +33,7 @@ public:
     [[nodiscard]] std::size_t array_size() const;  ///< throws unless an array
     [[nodiscard]] double number() const;           ///< finite
     [[nodiscard]] double positive() const;
+    [[nodiscard]] bool is_text() const { return value_->is_string(); }
     [[nodiscard]] std::string string() const;
     template <int Rows, int Columns>
     [[nodiscard]] Eigen::Matrix<double, Rows, Columns> matrix() const;  ///< array of rows

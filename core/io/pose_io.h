@@ -18,7 +18,8 @@ namespace raylign {
 /// temporary name first.
 void write_pose(const std::filesystem::path& path, const RigidTransform& world_from_ct);
 
-/// Target points in ct [mm], one per row: JSON {"targets_ct_mm": [[x,y,z], ...]}, CSV x,y,z, or 3D Slicer .fcsv.
+/// Target points in ct [mm], one per row: JSON {"targets_ct_mm": [[x,y,z], ...]}, CSV x,y,z, or 3D Slicer
+/// .fcsv or Markups JSON.
 [[nodiscard]] std::vector<Eigen::Vector3d> read_targets(const std::filesystem::path& path);
 
 }  // namespace raylign

@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/io/file_format.h"
 #include "core/io/json_node.h"
+#include "core/io/markups.h"
 #include "core/io/pose_io.h"
 #include "core/io/text.h"
 
@@ -12,9 +13,16 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
+Points points_of(const std::vector<Landmark>& landmarks) {
+    Points points;
+    for (const Landmark& landmark : landmarks) points.push_back(landmark.x_ct_mm);
+    return points;
+}
+
 Points targets_from_json(const std::filesystem::path& path) {
     const nlohmann::json json = detail::read_json(path);
     const detail::JsonNode root(json, "the file", path.string());
+    if (root.has("markups")) return points_of(detail::read_markups(path));
     root.allow_keys({"raylign", "targets_ct_mm"});
     if (root.has("raylign")) detail::check_format_version(root);
     const detail::JsonNode list = root.at("targets_ct_mm");
@@ -58,37 +66,6 @@ Points targets_from_csv(const std::filesystem::path& path) {
     return points;
 }
 
-/// What the header line "# CoordinateSystem = ..." says: 3D Slicer wrote 0 or RAS, 1 or LPS, 2 or IJK. True for RAS.
-bool is_ras(std::string_view text, const std::string& where) {
-    if (text == "0" || text == "RAS") return true;
-    if (text == "1" || text == "LPS") return false;
-    throw bad_value("CoordinateSystem", text, "RAS (0) or LPS (1)", where);
-}
-
-/// Rows id,x,y,z,... of 3D Slicer, brought to LPS. Without a header line the file is RAS, as old Slicers wrote it.
-Points targets_from_fcsv(const std::filesystem::path& path) {
-    std::ifstream file(path);
-    Points points;
-    std::string line;
-    bool ras = true;
-    for (int number = 1; std::getline(file, line); ++number) {
-        const std::string_view text = detail::trimmed(line);
-        if (text.empty()) continue;
-        if (text.front() == '#') {
-            const std::vector<std::string_view> parts = detail::split(text.substr(1), '=');
-            if (parts.size() == 2 && detail::trimmed(parts[0]) == "CoordinateSystem") {
-                ras = is_ras(detail::trimmed(parts[1]), place(path, number));
-            }
-            continue;
-        }
-        const std::vector<std::string_view> fields = detail::split(text, ',');
-        if (fields.size() < 4) throw bad_value("row", text, "id,x,y,z,... [mm]", place(path, number));
-        const Eigen::Vector3d point = point_from(fields, 1, place(path, number));
-        points.push_back(ras ? Eigen::Vector3d(-point.x(), -point.y(), point.z()) : point);
-    }
-    return points;
-}
-
 }  // namespace
 
 std::vector<Eigen::Vector3d> read_targets(const std::filesystem::path& path) {
@@ -100,7 +77,7 @@ std::vector<Eigen::Vector3d> read_targets(const std::filesystem::path& path) {
     } else if (extension == ".csv") {
         points = targets_from_csv(path);
     } else if (extension == ".fcsv") {
-        points = targets_from_fcsv(path);
+        points = points_of(detail::read_fcsv(path));
     } else {
         throw bad_value("format of the targets", extension, ".json, .csv or .fcsv", path.string());
     }

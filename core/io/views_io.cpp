@@ -1,18 +1,18 @@
 #include "core/io/views_io.h"
 
 #include <algorithm>
-#include <set>
 
 #include "core/error.h"
-#include "core/io/image_io.h"
 #include "core/io/json_node.h"
 #include "core/io/text.h"
+#include "core/io/view_files.h"
 #include "core/io/views_geometry.h"
 
 namespace raylign {
 namespace {
 
 using detail::JsonNode;
+using detail::ViewFiles;
 
 IntensitySettings read_intensity(const JsonNode& view) {
     IntensitySettings settings;
@@ -31,14 +31,9 @@ IntensitySettings read_intensity(const JsonNode& view) {
 
 /// The name becomes part of file names (overlay_<view>.png).
 std::string read_name(const JsonNode& view) {
-    constexpr std::size_t kLongest = 64;
     const JsonNode node = view.at("name");
-    std::string name = node.string();
-    const auto is_plain = [](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_' || c == '-' ||
-               c == '.';
-    };
-    if (name.empty() || name.size() > kLongest || name.front() == '.' || !std::ranges::all_of(name, is_plain)) {
+    const std::string name = node.string();
+    if (!detail::is_view_name(name)) {
         throw node.error(
             "1 to 64 letters, digits, '_', '-' or '.', not beginning with '.' (it becomes part of file names)");
     }
@@ -51,87 +46,133 @@ std::filesystem::path read_path(const JsonNode& node, const std::filesystem::pat
     return folder / name;  // an absolute name stays as it is
 }
 
-Image read_mask(const std::filesystem::path& path) {
-    Image mask = read_xray(path).image;
-    for (float& value : mask.pixels) value = value != 0 ? 1.0F : 0.0F;  // NaN != 0: used, like every other mark
-    if (std::ranges::count(mask.pixels, 0.0F) == std::ssize(mask.pixels)) {
-        throw Error("mask " + path.string() + " is 0 everywhere");
-    }
-    return mask;
-}
+bool is_dicom(const std::filesystem::path& path) { return geometry_format_of(path) == GeometryFormat::dicom; }
 
-std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
-void check_size(const char* what, const Image& image, const Eigen::Vector2i& camera_px,
-                const std::filesystem::path& path, const JsonNode& view) {
-    if (image.empty() || (image.width == camera_px.x() && image.height == camera_px.y())) return;
-    throw bad_value(std::string("size of the ") + what + " " + path.string(), size_text(image.width, image.height),
-                    "the camera's size_px, " + size_text(camera_px.x(), camera_px.y()), view.where());
-}
-
-/// The files of one view, as read.
-struct ViewFiles {
-    std::filesystem::path image_path, mask_path;
-    RawXray xray;
-    Image mask;
-};
-
-ViewFiles read_files(const JsonNode& view, const std::filesystem::path& folder, ReadImages images, ViewsFile& result) {
+/// A DICOM file that gives the geometry is the image, too, unless another one is named.
+ViewFiles read_files(const JsonNode& view, const std::filesystem::path& folder) {
     ViewFiles files;
-    if (view.has("image")) files.image_path = read_path(view.at("image"), folder);
-    if (view.has("mask")) files.mask_path = read_path(view.at("mask"), folder);
-    if (images == ReadImages::required && files.image_path.empty()) {
-        throw Error(view.place() + ".image is missing in " + view.file() + ": an X-ray is needed here");
-    }
-    if (images == ReadImages::never) return files;
-    if (!files.image_path.empty()) {
-        files.xray = read_xray(files.image_path);
-        result.files.push_back(files.image_path);
-    }
-    if (!files.mask_path.empty()) {
-        files.mask = read_mask(files.mask_path);
-        result.files.push_back(files.mask_path);
+    files.intensity = read_intensity(view);
+    if (view.has("image")) files.image = read_path(view.at("image"), folder);
+    const bool is_auto = view.has("mask") && view.at("mask").string() == "auto";
+    files.intensity.auto_mask = is_auto;
+    if (view.has("mask") && !is_auto) files.mask = read_path(view.at("mask"), folder);
+    if (view.has("frame")) files.frame = detail::read_count(view.at("frame"));
+    if (!detail::has_geometry_file(view)) return files;
+    const std::filesystem::path geometry = read_path(view.at("geometry"), folder);
+    if (files.image.empty() && is_dicom(geometry)) {
+        files.image = geometry;
+        files.frame = std::max(1, files.frame);
     }
     return files;
 }
 
-View read_view(const JsonNode& node, const std::filesystem::path& folder, ReadImages images, ViewsFile& result) {
-    node.allow_keys({"name", "image", "mask", "intensity", "camera", "camera_from_world", "projection_matrix",
-                     "size_px", "intrinsics", "sdd_mm", "c_arm"});
-    View view;
-    view.name = read_name(node);
-    const IntensitySettings intensity = read_intensity(node);
-    ViewFiles files = read_files(node, folder, images, result);
+void read_view(const JsonNode& node, const std::filesystem::path& folder, const ViewsReadOptions& options,
+               ViewsFile& result) {
+    node.allow_keys({"name",      "image",      "mask",           "intensity",          "camera",
+                     "size_px",   "intrinsics", "sdd_mm",         "camera_from_world",  "projection_matrix",
+                     "c_arm",     "geometry",   "pixel_pitch_mm", "detector_origin_mm", "sad_mm",
+                     "unit_mm",   "flip",       "frame",          "primary_angle_deg",  "secondary_angle_deg",
+                     "projection"});
+    const std::string name = read_name(node);
+    if (detail::is_name_taken(name, result)) throw node.at("name").error("different from the other views' names");
+    ViewFiles files = read_files(node, folder);
+    files.intensity.auto_mask = files.intensity.auto_mask || options.auto_mask;
+    const std::string where = node.where();
+    if (options.images == ReadImages::required && files.image.empty()) {
+        throw Error(node.place() + ".image is missing in " + node.file() + ": an X-ray is needed here");
+    }
+    detail::ViewPixels pixels = detail::read_view_pixels(files, options.images, where, result);
     std::optional<Eigen::Vector2i> image_size_px;
-    if (!files.xray.image.empty()) image_size_px = Eigen::Vector2i(files.xray.image.width, files.xray.image.height);
-    view.geometry = detail::read_view_geometry(node, image_size_px, result.notes);
-    check_size("image", files.xray.image, view.geometry.camera.size_px, files.image_path, node);
-    check_size("mask", files.mask, view.geometry.camera.size_px, files.mask_path, node);
-    view.weights = files.mask;
-    if (files.xray.image.empty()) return view;
-    XrayConversion converted = line_integral_from_xray(files.xray, files.mask, intensity, files.image_path.string());
-    view.image = std::move(converted.line_integral);
-    view.weights = std::move(converted.weights);
-    for (const std::string& decision : converted.decisions) result.notes.push_back(view.name + ": " + decision);
-    return view;
+    if (!pixels.xray.image.empty()) {
+        image_size_px = Eigen::Vector2i(pixels.xray.image.width, pixels.xray.image.height);
+    }
+    const GeometryView geometry = detail::read_view_geometry(node, folder, image_size_px, result.notes);
+    if (detail::has_geometry_file(node)) {
+        const std::filesystem::path path = folder / node.at("geometry").string();
+        if (std::ranges::find(result.files, path) == result.files.end()) result.files.push_back(path);
+    }
+    detail::append_view(name, geometry, std::move(pixels), files, where, result);
 }
 
-}  // namespace
-
-ViewsFile read_views(const std::filesystem::path& path, ReadImages images) {
+void append_views_json(const std::filesystem::path& path, const ViewsReadOptions& options, ViewsFile& result) {
     const nlohmann::json json = detail::read_json(path);
     const JsonNode root(json, "the file", path.string());
     root.allow_keys({"raylign", "views"});
     detail::check_format_version(root);
     const JsonNode views = root.at("views");
     if (views.array_size() == 0) throw views.error("at least one view");
-    ViewsFile result;
     result.files.push_back(path);
-    std::set<std::string> names;  // in lower case: some file systems do not tell AP from ap
     for (std::size_t i = 0; i < views.array_size(); ++i) {
-        result.views.push_back(read_view(views.at(i), path.parent_path(), images, result));
-        if (!names.insert(detail::lower_case(result.views.back().name)).second) {
-            throw views.at(i).at("name").error("different from the other views' names");
+        read_view(views.at(i), path.parent_path(), options, result);
+    }
+}
+
+/// A file's stem with every other character turned into '_'.
+std::string view_name_of(const std::string& stem) {
+    std::string name = stem.substr(0, 64);
+    for (char& c : name) {
+        if (!detail::is_view_name(std::string("x") + c)) c = '_';
+    }
+    if (name.empty() || name.front() == '.') name = "view" + name.substr(0, 60);
+    return name;
+}
+
+/// FILE or FILE=IMAGE; an "=" within the name of a file that exists belongs to the name.
+std::pair<std::filesystem::path, std::filesystem::path> split_argument(const std::string& argument) {
+    const std::size_t equals = argument.find('=');
+    std::error_code ignored;
+    if (equals == std::string::npos || std::filesystem::exists(argument, ignored)) return {argument, {}};
+    return {argument.substr(0, equals), argument.substr(equals + 1)};
+}
+
+void append_geometry_file(const std::filesystem::path& path, const std::filesystem::path& image,
+                          const ViewsReadOptions& options, ViewsFile& result) {
+    ViewFiles files;
+    files.intensity.auto_mask = options.auto_mask;
+    files.image = image;
+    if (image.empty() && is_dicom(path)) {
+        files.image = path;
+        files.frame = 1;
+    }
+    result.files.push_back(path);
+    detail::ViewPixels pixels = detail::read_view_pixels(files, options.images, path.string(), result);
+    GeometryHints hints;
+    if (!pixels.xray.image.empty()) {
+        hints.size_px = Eigen::Vector2i(pixels.xray.image.width, pixels.xray.image.height);
+    }
+    const std::vector<GeometryView> views = read_geometry(path, hints);
+    if (views.size() > 1 && !files.image.empty()) {
+        throw Error(path.string() + " has " + std::to_string(views.size()) +
+                    " projections: name one per view in a views.json (\"geometry\", \"projection\", \"image\")");
+    }
+    for (const GeometryView& view : views) {
+        const std::string name = view_name_of(view.name);
+        for (const std::string& assumption : view.assumptions) result.notes.push_back(name + ": " + assumption);
+        detail::append_view(name, view, pixels, files, path.string(), result);
+    }
+}
+
+}  // namespace
+
+ViewsFile read_views(const std::filesystem::path& path, ReadImages images) {
+    ViewsFile result;
+    append_views_json(path, {.images = images}, result);
+    return result;
+}
+
+ViewsFile read_views(std::span<const std::string> arguments, const ViewsReadOptions& options) {
+    if (arguments.empty()) throw Error("no views: must name at least one file");
+    ViewsFile result;
+    for (const std::string& argument : arguments) {
+        const auto [path, image] = split_argument(argument);
+        const bool is_json = detail::lower_case(path.extension().string()) == ".json";
+        if (is_json && !image.empty()) {
+            throw bad_value("views", argument, "a views.json without \"=IMAGE\": it names its images itself");
+        }
+        if (is_json) {
+            append_views_json(path, options, result);
+        } else {
+            append_geometry_file(path, image, options, result);
         }
     }
     return result;

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/image/intensity.h"
 #include "core/image/view.h"
+#include "core/io/geometry/geometry_file.h"
 
 namespace raylign {
 
@@ -15,15 +18,39 @@ enum class ReadImages {
     never,     ///< drr: geometry only
 };
 
+/// Where a view comes from, as far as the pixels and the world depend on it.
+struct ViewOrigin {
+    ImageFlip flip = ImageFlip::none;  ///< done to the stored pixels: points marked on them need it, too
+    bool is_dicom_geometry = false;    ///< the world is the isocentre with the patient's axes
+    std::optional<Eigen::Vector3d> isocentre_ct_mm;
+    std::filesystem::path image, mask;  ///< the files named, whether read or not; "" = none
+};
+
 struct ViewsFile {
     std::vector<View> views;
-    std::vector<std::string> notes;  ///< decisions of the intensity conversion and assumptions of the geometry
+    std::vector<ViewOrigin> origins;  ///< one per view
+    std::vector<std::string> notes;   ///< decisions of the intensity conversion and assumptions of the geometry
     std::vector<std::filesystem::path> files;  ///< the JSON, images and masks read
 };
 
-/// Reads views.json (../formats.md): all four forms of geometry. Unknown keys, wrong types and malformed JSON are
-/// errors that name the file, the line or the key's path ("views[1].camera.sdd_mm").
+struct ViewsReadOptions {
+    ReadImages images = ReadImages::required;
+    bool auto_mask = false;  ///< for every view, as "mask": "auto" says it for one
+};
+
+/// Reads views.json (README.md describes it): all five forms of geometry. Unknown keys, wrong types and malformed JSON
+/// are errors that name the file, the line or the key's path ("views[1].camera.sdd_mm").
 [[nodiscard]] ViewsFile read_views(const std::filesystem::path& path, ReadImages images);
+
+/// Reads views.json files and geometry files of other tools (core/io/geometry), each as FILE or FILE=IMAGE; a DICOM
+/// X-ray is its own image. Views of geometry files are called like the file. Throws Error where two views have one
+/// name.
+[[nodiscard]] ViewsFile read_views(std::span<const std::string> arguments, const ViewsReadOptions& options);
+
+/// The same without automatic masks.
+[[nodiscard]] inline ViewsFile read_views(const std::vector<std::string>& arguments, ReadImages images) {
+    return read_views(arguments, ViewsReadOptions{.images = images});
+}
 
 /// Writes views.json with `projection`-exact cameras ("intrinsics" + "camera_from_world", sdd where known).
 /// `image_names`: one per view, or empty for none; kind is written as "line-integral".

@@ -9,6 +9,7 @@
 #include "core/geometry/rigid_transform.h"
 #include "core/image/intensity.h"
 #include "core/io/dicom_series.h"
+#include "core/io/object_region.h"
 #include "core/io/raster.h"
 #include "core/io/text.h"
 
@@ -231,9 +232,37 @@ VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOpti
 
 VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOptions& options) {
     if (!options.hu_preset.empty()) (void)hu_preset(options.hu_preset);  // a wrong name is an error in any case
-    if (std::filesystem::is_directory(path)) return read_series(path, options);
-    if (!options.series.empty()) throw Error(path.string() + " is no folder: --series chooses within a DICOM folder");
-    return read_file(path, options);
+    const bool is_folder = std::filesystem::is_directory(path);
+    if (!is_folder && !options.series.empty()) {
+        throw Error(path.string() + " is no folder: --series chooses within a DICOM folder");
+    }
+    VolumeFile file = is_folder ? read_series(path, options) : read_file(path, options);
+    if (!options.object.is_whole()) detail::keep_object(options, file);
+    return file;
+}
+
+LabelMap read_label_map(const std::filesystem::path& path, const VoxelGrid& like) {
+    VolumeReadOptions options;
+    Raster raster = detail::read_raster(path, [&](const Raster& header) { check_volume(header, path); });
+    if (raster.format == detail::FileFormat::tiff) {
+        options.spacing_mm = like.spacing_mm;
+        if (Eigen::Vector3i(raster.size[0], raster.size[1], raster.size[2]) != like.size) {
+            throw bad_value("size of the labels", detail::size_text(raster.size),
+                            "the CT's (a TIFF does not say where its voxels lie)", path.string());
+        }
+    }
+    LabelMap map{raster.format == detail::FileFormat::tiff ? like : grid_of(raster, options, path), {}};
+    map.labels.reserve(raster.pixel_count());
+    detail::with_pixels(raster, [&](const auto* pixels) {
+        for (std::size_t i = 0; i < raster.pixel_count(); ++i) {
+            const auto value = static_cast<double>(pixels[i]);
+            if (!(std::abs(value) < 2147483648.0) || value != std::round(value)) {
+                throw bad_value("label", number_text(value), "a whole number", path.string());
+            }
+            map.labels.push_back(static_cast<std::int32_t>(value));
+        }
+    });
+    return map;
 }
 
 }  // namespace raylign

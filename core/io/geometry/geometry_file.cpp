@@ -1,0 +1,76 @@
+#include "core/io/geometry/geometry_file.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/io/file_format.h"
+#include "core/io/geometry/importers.h"
+#include "core/io/geometry/number_text_reader.h"
+#include "core/io/text.h"
+
+namespace raylign {
+
+std::string_view format_name(GeometryFormat format) {
+    switch (format) {
+        case GeometryFormat::mayacam1:
+            return "MayaCam 1";
+        case GeometryFormat::mayacam2:
+            return "MayaCam 2";
+        case GeometryFormat::rtk:
+            return "RTK XML";
+        case GeometryFormat::plastimatch:
+            return "plastimatch matrix";
+        case GeometryFormat::opencv:
+            return "OpenCV YAML";
+        case GeometryFormat::dicom:
+            return "DICOM";
+    }
+    return {};
+}
+
+GeometryFormat geometry_format_of(const std::filesystem::path& path) {
+    detail::check_readable_file(path);
+    if (detail::has_dicom_mark(path)) return GeometryFormat::dicom;
+    const std::vector<detail::TextLine> lines = detail::text_lines(path);
+    const std::string& first = lines.front().text;
+    const auto mentions = [&](std::string_view word) {
+        return std::ranges::any_of(lines, [&](const auto& line) { return line.text.find(word) != std::string::npos; });
+    };
+    if (first.starts_with('<') && mentions("<opencv_storage")) {
+        throw Error(path.string() + " is OpenCV's XML: write it as YAML (FileStorage to a name ending in .yml)");
+    }
+    if (first.starts_with('<')) return GeometryFormat::rtk;
+    if (first.starts_with("%YAML") || mentions("opencv-matrix")) return GeometryFormat::opencv;
+    if (detail::lower_case(first) == "image size") return GeometryFormat::mayacam2;
+    const auto commas = std::ranges::count(first, ',');
+    if (lines.size() == 5 && commas >= 2) return GeometryFormat::mayacam1;
+    const std::string extension = detail::lower_case(path.extension().string());
+    if (extension == ".yml" || extension == ".yaml") return GeometryFormat::opencv;
+    if (mentions("Extrinsic") ||
+        (commas == 0 && lines.size() >= 7 && detail::number_from(first.substr(0, first.find_first_of(" \t"))))) {
+        return GeometryFormat::plastimatch;
+    }
+    throw bad_value("geometry format", "unknown",
+                    "views.json, MayaCam 1 or 2, RTK XML, plastimatch's matrix, OpenCV YAML or a DICOM X-ray",
+                    path.string());
+}
+
+std::vector<GeometryView> read_geometry(const std::filesystem::path& path, const GeometryHints& hints) {
+    switch (geometry_format_of(path)) {
+        case GeometryFormat::mayacam1:
+            return detail::read_mayacam1(path, hints);
+        case GeometryFormat::mayacam2:
+            return detail::read_mayacam2(path, hints);
+        case GeometryFormat::rtk:
+            return detail::read_rtk(path, hints);
+        case GeometryFormat::plastimatch:
+            return detail::read_plastimatch(path, hints);
+        case GeometryFormat::opencv:
+            return detail::read_opencv(path, hints);
+        case GeometryFormat::dicom:
+            return detail::read_dicom_geometry(path, hints);
+    }
+    return {};
+}
+
+}  // namespace raylign

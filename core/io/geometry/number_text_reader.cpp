@@ -1,0 +1,80 @@
+#include "core/io/geometry/number_text_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "core/error.h"
+#include "core/io/file_format.h"
+#include "core/io/text.h"
+
+namespace raylign::detail {
+namespace {
+
+/// The parts of a line between commas and blanks; an empty part between two commas stays.
+std::vector<std::string_view> parts_of(std::string_view text) {
+    const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+    std::vector<std::string_view> parts;
+    if (text.find(',') != std::string_view::npos) {
+        if (text.ends_with(',')) text.remove_suffix(1);  // spreadsheets write one
+        for (const std::string_view part : split(text, ',')) parts.push_back(trimmed(part));
+        return parts;
+    }
+    for (std::size_t at = 0; at < text.size();) {
+        if (is_blank(text[at])) {
+            ++at;
+            continue;
+        }
+        std::size_t end = at;
+        while (end < text.size() && !is_blank(text[end])) ++end;
+        parts.push_back(text.substr(at, end - at));
+        at = end;
+    }
+    return parts;
+}
+
+}  // namespace
+
+std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent keep_indent) {
+    constexpr std::uintmax_t kLargest = 1 << 20;
+    check_readable_file(path);
+    if (std::filesystem::file_size(path) > kLargest) {
+        throw bad_value("size of the geometry file", std::to_string(std::filesystem::file_size(path)) + " bytes",
+                        "at most 1 MB of text", path.string());
+    }
+    std::ifstream file(path, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    if (text.find('\0') != std::string::npos) throw Error(path.string() + " is no text file");
+    for (std::size_t at = 0; (at = text.find("\r\n", at)) != std::string::npos;) text.erase(at, 1);
+    std::ranges::replace(text, '\r', '\n');  // a lone one ends a line on old Macintoshes
+    std::vector<TextLine> lines;
+    int number = 0;
+    for (const std::string_view line : split(text, '\n')) {
+        ++number;
+        if (trimmed(line).empty()) continue;
+        lines.push_back({number, std::string(keep_indent == KeepIndent::yes ? line : trimmed(line))});
+    }
+    if (lines.empty()) throw Error(path.string() + " has no text");
+    return lines;
+}
+
+std::vector<double> line_numbers(const TextLine& line, std::size_t count, const std::string& what,
+                                 const std::filesystem::path& path) {
+    std::vector<double> numbers;
+    for (const std::string_view part : parts_of(line.text)) {
+        const std::optional<double> number = number_from(part);
+        if (!number || !std::isfinite(*number)) {
+            numbers.clear();
+            break;
+        }
+        numbers.push_back(*number);
+    }
+    if (numbers.size() != count) {
+        throw bad_value(what, "\"" + line.text.substr(0, 80) + "\"", std::to_string(count) + " numbers",
+                        path.string() + ", line " + std::to_string(line.number));
+    }
+    return numbers;
+}
+
+}  // namespace raylign::detail
