@@ -6,5 +6,5 @@ cd "$(dirname "$0")"
 
 RAYLIGN_BUILD_ONLY=1 ./demo.sh
 if [ -d "${RAYLIGN_TEST_DATA:-../shared/data}" ]; then export RAYLIGN_REQUIRE_DATA=1; fi
-export RAYLIGN_REQUIRE_BACKENDS=reference,cpu
+export RAYLIGN_REQUIRE_BACKENDS=reference,cpu,gl,gl-2006  # Mesa's software OpenGL, which demo.sh installs, will do
 ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"

@@ -16,7 +16,9 @@ namespace {
 
 std::vector<std::filesystem::path> all_inputs(const DrrOptions& options, const ViewsFile& views) {
     std::vector<std::filesystem::path> files = views.files;
-    files.insert(files.end(), {options.views, options.pose, options.volume.file});
+    files.insert(files.end(), {options.pose, options.volume.file, options.volume.labels});
+    // Images and masks are not read, and yet they are someone's originals.
+    for (const ViewOrigin& origin : views.origins) files.insert(files.end(), {origin.image, origin.mask});
     return files;
 }
 
@@ -36,7 +38,7 @@ int run_drr(const DrrOptions& options) {
     const RenderSettings render = render_settings(options.engine);
     const BackendChoice choice = choose_backend(options.engine);
     const RigidTransform world_from_ct = read_pose(options.pose);
-    ViewsFile file = read_views(options.views, ReadImages::never);
+    ViewsFile file = read_views(options.views, {.images = ReadImages::never});
     const VolumeFile volume = read_volume(options.volume.file, volume_read_options(options.volume));
     stop_if_interrupted();
 
@@ -74,7 +76,7 @@ void add_drr_flags(CLI::App& command, DrrOptions& options) {
     describe(command.add_option("--noise", options.noise_photons,
                                 "Photons of an unattenuated pixel, 1 to 1e9; default 0: no noise"),
              "PHOTONS", kMethodGroup);
-    describe(command.add_option("--seed", options.seed, "Of the noise; default 1"), "N", kMethodGroup);
+    add_seed_option(command, options.seed, "Of the noise");
     add_engine_flags(command, options.engine);
     describe(command
                  .add_option("-o,--output", options.output,
@@ -91,10 +93,12 @@ void add_drr_command(CLI::App& app, Job& job) {
     const auto options = std::make_shared<DrrOptions>();
     CLI::App& command = *app.add_subcommand("drr", "Simulate X-rays of a CT at a given pose");
     add_volume_flags(command, options->volume);
-    describe(command.add_option("--views", options->views, "views.json; its images are not read")->required(),
-             "FILE (required)", kInputGroup);
-    describe(command.add_option("--pose", options->pose, "world_from_ct: pose.json or ITK .tfm")->required(),
-             "FILE (required)", kStartGroup);
+    add_views_option(command, options->views, "views.json, whose images are not read");
+    describe(
+        command
+            .add_option("--pose", options->pose, "world_from_ct: pose.json, or an ITK .tfm, which holds ct_from_world")
+            ->required(),
+        "FILE (required)", kStartGroup);
     add_drr_flags(command, *options);
     finish_command(command,
                    "  raylign drr -v ct.nii.gz --views views.json --pose pose.json -o drrs --png\n"

@@ -7,8 +7,24 @@
 namespace raylign::apps {
 namespace {
 
+void print_device(const DeviceStatus& device) {
+    std::cout << "      device " << device.index << "  " << device.name << "\n";
+    if (!device.problem.empty()) {
+        std::cout << "          cannot be used: " << device.problem << "\n";
+        return;
+    }
+    std::cout << "          " << (device.software ? "software, taken only by name" : "hardware") << "; "
+              << device.vendor << "; OpenGL " << device.version << "\n";
+    std::cout << "          at most " << device.texture_3d_voxels << " voxels along an axis (" << device.texture_layers
+              << " layers)";
+    if (device.memory_bytes > 0) std::cout << "; " << (device.memory_bytes >> 20) << " MiB";
+    if (!device.node.empty()) std::cout << "; " << device.node;
+    std::cout << "\n";
+}
+
 void print_backend(const BackendStatus& status) {
     std::cout << "  " << status.name << ": " << status.summary << "\n";
+    for (const DeviceStatus& device : status.devices) print_device(device);
     if (!status.available) {
         std::cout << "      cannot run here: " << status.reason << "\n";
         return;

@@ -48,7 +48,11 @@ int main(int argc, char** argv) {
         raylign::apps::set_up_program(app);
         raylign::apps::add_register_command(app, job);
         raylign::apps::add_drr_command(app, job);
+        raylign::apps::add_study_command(app, job);
+        raylign::apps::add_compare_command(app, job);
+        raylign::apps::add_bench_command(app, job);
         raylign::apps::add_phantom_command(app, job);
+        raylign::apps::add_geometry_command(app, job);
         raylign::apps::add_info_command(app, job);
         app.parse(argc, argv);
         const int code = job({raylign::apps::quote_for_shell({argv, argv + argc})});

@@ -4,11 +4,13 @@
 #include "apps/commands.h"
 #include "apps/help.h"
 #include "apps/interrupt.h"
+#include "apps/manifest.h"
 #include "apps/overlay.h"
 #include "apps/progress_bar.h"
 #include "apps/register_inputs.h"
 #include "apps/register_summary.h"
 #include "apps/report.h"
+#include "apps/report_page.h"
 #include "core/error.h"
 #include "core/io/output.h"
 #include "core/io/pose_io.h"
@@ -21,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 std::vector<std::string> output_file_names(const std::vector<View>& views) {
-    std::vector<std::string> names{"pose.json", "pose.tfm", "report.json"};
+    std::vector<std::string> names{"pose.json", "pose.tfm", "report.json", "report.html"};
     for (const View& view : views) {
         names.push_back("overlay_" + view.name + ".png");
         names.push_back("drr_" + view.name + ".tif");
@@ -52,8 +54,10 @@ std::optional<double> px_per_mm(const View& view, const RigidTransform& world_fr
     return view.geometry.camera.intrinsics_px(0, 0) / depth_mm;
 }
 
-void stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& options, const RegistrationResult& result,
-                    Backend& backend, OutputFolder& folder) {
+/// Returns the pictures of report.html.
+std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& options,
+                                        const RegistrationResult& result, Backend& backend, OutputFolder& folder) {
+    std::vector<PageOverlay> overlays;
     const auto session = backend.prepare({inputs.volume, inputs.views, options.render, options.similarity});
     for (std::size_t i = 0; i < inputs.views.size(); ++i) {
         stop_if_interrupted();
@@ -64,7 +68,10 @@ void stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& opt
         write_png(folder.stage("overlay_" + view.name + ".png"),
                   overlay_picture({view.name, view.image, view.weights, drr_start, drr_result,
                                    px_per_mm(view, result.world_from_ct, inputs.volume.grid.centre_ct_mm())}));
+        overlays.push_back(
+            page_overlay(view.name, view, drr_start, drr_result, folder.stage("report.html").parent_path()));
     }
+    return overlays;
 }
 
 std::optional<TruthComparison> compare_with_truth(const RegisterInputs& inputs, const RegistrationResult& result) {
@@ -82,10 +89,11 @@ std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registrat
                           Clock::time_point begin, OutputFolder& folder) {
     write_pose(folder.stage("pose.json"), run.result.world_from_ct);
     write_pose(folder.stage("pose.tfm"), run.result.world_from_ct);
-    stage_pictures(run.inputs, registration, run.result, backend, folder);
+    const std::vector<PageOverlay> overlays = stage_pictures(run.inputs, registration, run.result, backend, folder);
     run.total_s = seconds_since(begin);  // all but hashing the inputs for the report
     const std::string report = report_json(run);
     write_text(folder.stage("report.json"), report);
+    write_text(folder.stage("report.html"), report_page("register", report, overlays, {{"machine", machine_json()}}));
     return report;
 }
 
@@ -119,12 +127,21 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
 }
 
 void add_start_flags(CLI::App& command, RegisterOptions& options) {
-    describe(command.add_option("--views", options.views, "views.json: images, cameras, masks")->required(),
-             "FILE (required)", kInputGroup);
+    add_views_option(command, options.views, "views.json: images, cameras, masks");
+    command
+        .add_flag("--auto-mask", options.auto_mask,
+                  "Leave out collimator, shutter, letters, saturated and zero pixels; default off")
+        ->group(kInputGroup);
     describe(command.add_option("--start", options.start,
-                                "world_from_ct to start from: pose.json, or an ITK .tfm (ct_from_world); default:\n"
-                                "CT centre where central rays meet, patient axes as world axes"),
+                                "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), or \"dicom\";\n"
+                                "default: CT centre where central rays meet, patient axes as world axes"),
              "FILE", kStartGroup);
+    describe(command.add_option("--landmarks3d", options.landmarks3d,
+                                "Points in the CT to start from: Markups JSON, .fcsv, CSV; default none"),
+             "FILE", kStartGroup);
+    describe(command.add_option("--landmarks", options.landmarks,
+                                "The same points in a view, CSV name,x,y or JSON [px]; may be repeated; default none"),
+             "VIEW=FILE ...", kStartGroup);
     describe(command.add_option("--targets", options.targets,
                                 "Points in the CT (JSON, CSV, .fcsv): rotation centre, TRE; "
                                 "default: over the bone"),
@@ -134,17 +151,44 @@ void add_start_flags(CLI::App& command, RegisterOptions& options) {
 }
 
 void add_method_flags(CLI::App& command, RegisterOptions& options) {
-    describe(command.add_option("--method", options.method, "auto, gauss-newton or steepest-descent; default auto"),
-             "NAME", kMethodGroup);
+    describe(
+        command.add_option("--method", options.method, "auto, gauss-newton, steepest-descent or bobyqa; default auto"),
+        "NAME", kMethodGroup);
     describe(command.add_option("--metric", options.metric, "gc (gradient correlation) or ncc; default gc"), "NAME",
              kMethodGroup);
+    describe(command.add_option("--content", options.content,
+                                "What the CT explains of the X-ray: whole, part (one bone among other tissue)\n"
+                                "or auto; default auto: part where whole correlates weakly"),
+             "NAME", kMethodGroup);
+    command
+        .add_flag("--no-robust", options.no_robust,
+                  "Do not weigh down what the DRR cannot explain (metal, other tissue); default off")
+        ->group(kMethodGroup);
     describe(command.add_option("--levels", options.levels,
                                 "Resolutions, coarse to fine, 1 to 8; default 0: down to about 32 px"),
              "N", kMethodGroup);
     describe(command.add_option("--max-iterations", options.max_iterations, "Most steps per level; default 100"), "N",
              kMethodGroup);
-    describe(command.add_option("--seed", options.seed, "For methods that draw random numbers; default 1"), "N",
-             kMethodGroup);
+    add_seed_option(command, options.seed, "For methods that draw random numbers");
+}
+
+void add_search_flags(CLI::App& command, RegisterOptions& options) {
+    describe(command.add_option("--search", options.search,
+                                "Other starts: none, near (around the start), global (anywhere in the field of\n"
+                                "view) or auto; default auto: near where the content is part, else none"),
+             "NAME", kSearchGroup);
+    describe(command.add_option("--search-range", options.search_range_mm,
+                                "near: how far the object may be off, up to 500; default 20"),
+             "MM", kSearchGroup);
+    describe(command.add_option("--search-turn", options.search_turn_deg,
+                                "Largest turn from the start, up to 180; default 60 near, 45 global"),
+             "DEG", kSearchGroup);
+    describe(
+        command.add_option("--search-starts", options.search_starts, "Poses tried; default 6144 near, 8192 global"),
+        "N", kSearchGroup);
+    describe(command.add_option("--time-limit", options.time_limit_s,
+                                "Give the best pose found in this time, as doubtful; default none"),
+             "S", kSearchGroup);
 }
 
 void add_output_flags(CLI::App& command, RegisterOptions& options) {
@@ -165,6 +209,7 @@ void add_register_command(CLI::App& app, Job& job) {
     add_volume_flags(command, options->volume);
     add_start_flags(command, *options);
     add_method_flags(command, *options);
+    add_search_flags(command, *options);
     add_engine_flags(command, options->engine);
     add_output_flags(command, *options);
     finish_command(

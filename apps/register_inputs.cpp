@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "apps/default_start.h"
+#include "apps/first_guess.h"
 #include "apps/interrupt.h"
 #include "core/evaluation/targets.h"
 #include "core/io/pose_io.h"
@@ -17,10 +17,6 @@ void append(std::vector<T>& list, const std::vector<T>& more) {
 }
 
 void read_poses(const RegisterOptions& options, RegisterInputs& inputs) {
-    if (!options.start.empty()) {
-        inputs.start_world_from_ct = read_pose(options.start);
-        inputs.files.push_back(options.start);
-    }
     if (!options.truth.empty()) {
         inputs.true_world_from_ct = read_pose(options.truth);
         inputs.files.push_back(options.truth);
@@ -37,10 +33,12 @@ void read_poses(const RegisterOptions& options, RegisterInputs& inputs) {
 RegisterInputs read_register_inputs(const RegisterOptions& options) {
     const auto begin = std::chrono::steady_clock::now();
     RegisterInputs inputs;
+    const StartWishes wishes{options.start, options.landmarks3d, options.landmarks};
+    check_wishes(wishes);
     read_poses(options, inputs);
 
-    ViewsFile views = read_views(options.views, ReadImages::required);
-    inputs.views = std::move(views.views);
+    // The views are kept whole until the start is settled.
+    ViewsFile views = read_views(options.views, {.images = ReadImages::required, .auto_mask = options.auto_mask});
     append(inputs.files, views.files);
     append(inputs.notes, views.notes);
     stop_if_interrupted();
@@ -51,12 +49,11 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     append(inputs.notes, volume.notes);
     stop_if_interrupted();
 
-    if (options.start.empty()) {
-        inputs.start_world_from_ct = default_start(inputs.volume.grid, inputs.views);
-        inputs.notes.push_back(
-            "no --start: started with the CT's centre where the views' central rays meet, patient axes parallel to the "
-            "world's");
-    }
+    FirstGuess guess = first_guess(wishes, inputs.volume.grid, views);
+    inputs.start_world_from_ct = guess.world_from_ct;
+    append(inputs.files, guess.files);
+    append(inputs.notes, guess.notes);
+    inputs.views = std::move(views.views);
     if (inputs.true_world_from_ct && inputs.targets_ct_mm.empty()) {
         inputs.targets_ct_mm = default_targets_ct_mm(inputs.volume);
     }

@@ -38,6 +38,24 @@ std::string truth_line(const RegisterRun& run) {
                        run.truth->final.mtre_mm, run.truth->final.mean_mrpd_mm, run.inputs.targets_ct_mm.size()));
 }
 
+std::string confidence_lines(const RegistrationResult& result) {
+    const Confidence& c = result.confidence;
+    std::string text;
+    if (c.rim_mm > 0) {
+        text += line("sigma", format("%.3f mm, %.3f deg; weakest along (%+.2f, %+.2f, %+.2f): %.3f mm",
+                                     c.translation_mm, c.rotation_deg, c.weakest_direction.x(), c.weakest_direction.y(),
+                                     c.weakest_direction.z(), c.weakest_mm));
+    }
+    const SearchReport& s = result.search;
+    if (s.starts > 0) {
+        text += line("search", format("%s: %d starts, %d refined, %d ended here, %zu rivals",
+                                      std::string(search_name(s.mode)).c_str(), s.starts, s.refined, s.agreeing,
+                                      s.rivals.size()));
+    }
+    for (const std::string& decision : result.decisions) text += line("decided", decision);
+    return text;
+}
+
 std::string backend_text(const BackendInfo& info) {
     std::string text = info.name + ": " + info.device;
     if (!info.instruction_set.empty()) text += ", " + info.instruction_set;
@@ -54,6 +72,7 @@ std::string register_summary(const RegisterRun& run) {
     text += line("cost", format("%.5f -> %.5f (%s: 0 = perfect, 1 = unrelated)", result.cost_initial, result.cost_final,
                                 run.options.metric.c_str()));
     if (run.truth) text += truth_line(run);
+    text += confidence_lines(result);
     const unsigned long long poses = result.counters.evaluations + result.counters.linearizations;
     text += line("time",
                  format("%.2f s (reading %.2f s), %s, %d iterations, %llu poses compared", run.total_s,

@@ -34,12 +34,10 @@ Json backend(const RegisterRun& run) {
     for (const BackendStatus& other : run.passed_over) {
         passed_over.push_back({{"name", other.name}, {"reason", other.reason}});
     }
-    return {{"name", run.backend.name},
-            {"device", run.backend.device},
-            {"threads", run.backend.threads},
-            {"instruction_set", run.backend.instruction_set},
-            {"storage", run.options.engine.storage},
-            {"passed_over", passed_over}};
+    return {{"name", run.backend.name},       {"device", run.backend.device},
+            {"threads", run.backend.threads}, {"instruction_set", run.backend.instruction_set},
+            {"storage", run.backend.storage}, {"interpolation", run.backend.interpolation},
+            {"timing", run.backend.timing},   {"passed_over", passed_over}};
 }
 
 Json times(const RegisterRun& run) {
@@ -57,6 +55,7 @@ Json levels(const RegistrationResult& result) {
         list.push_back({{"volume_size", triple(level.volume_size)},
                         {"spacing_mm", triple(level.spacing_mm)},
                         {"image_sizes_px", sizes},
+                        {"content", content_name(level.content)},
                         {"filter", {{"sigma_px", level.filter.sigma_px}, {"radius_px", level.filter.radius_px}}},
                         {"cost", {{"initial", level.cost_initial}, {"final", level.cost_final}}},
                         {"iterations", level.iterations},
@@ -64,6 +63,7 @@ Json levels(const RegistrationResult& result) {
                         {"linearizations", level.linearizations},
                         {"termination", termination_name(level.termination)},
                         {"engine_volume_bytes", level.volume_bytes},
+                        {"engine_volume_layout", level.volume_layout},
                         {"time_s", level.time_s}});
     }
     return list;
@@ -91,9 +91,15 @@ Json view_costs(const RegisterRun& run) {
 
 Json memory(const RegisterRun& run) {
     std::size_t engine_bytes = 0;
-    for (const LevelReport& level : run.result.levels) engine_bytes = std::max(engine_bytes, level.volume_bytes);
+    std::string layout;
+    for (const LevelReport& level : run.result.levels) {
+        if (level.volume_bytes < engine_bytes) continue;
+        engine_bytes = level.volume_bytes;
+        layout = level.volume_layout;
+    }
     return {{"host_volume_bytes", run.inputs.volume.attenuation_per_mm.size() * sizeof(float)},
-            {"engine_volume_bytes", engine_bytes}};
+            {"engine_volume_bytes", engine_bytes},
+            {"engine_volume_layout", layout}};
 }
 
 Json errors_against_truth(const RegisterRun& run) {
@@ -101,6 +107,49 @@ Json errors_against_truth(const RegisterRun& run) {
             {"final_mtre_mm", run.truth->final.mtre_mm},
             {"final_mrpd_mm", run.truth->final.mean_mrpd_mm},
             {"targets", run.inputs.targets_ct_mm.size()}};
+}
+
+Json device_json(const DeviceStatus& device) {
+    return {{"index", device.index},
+            {"name", device.name},
+            {"vendor", device.vendor},
+            {"version", device.version},
+            {"node", device.node},
+            {"software", device.software},
+            {"texture_3d_voxels", device.texture_3d_voxels},
+            {"texture_layers", device.texture_layers},
+            {"memory_bytes", device.memory_bytes},
+            {"problem", device.problem}};
+}
+
+Json covariance(const Confidence& confidence) {
+    Json rows = Json::array();
+    for (int r = 0; r < 6; ++r) {
+        Json row = Json::array();
+        for (int c = 0; c < 6; ++c) row.push_back(confidence.covariance(r, c));
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+Json sigma(const Confidence& confidence) {
+    return {{"translation_mm", confidence.translation_mm},
+            {"rotation_deg", confidence.rotation_deg},
+            {"expected_error_mm", confidence.rim_mm},
+            {"weakest_direction", triple(confidence.weakest_direction)},
+            {"weakest_mm", confidence.weakest_mm}};
+}
+
+Json search(const SearchReport& search) {
+    Json rivals = Json::array();
+    for (const Rival& rival : search.rivals) {
+        rivals.push_back({{"cost", rival.cost},
+                          {"shift_mm", rival.shift_mm},
+                          {"rotation_deg", rival.rotation_deg},
+                          {"world_from_ct", matrix(rival.world_from_ct)}});
+    }
+    return {{"mode", search_name(search.mode)}, {"starts", search.starts}, {"refined", search.refined},
+            {"agreeing", search.agreeing},      {"cost", search.cost},     {"rivals", rivals}};
 }
 
 std::string text_of(const Json& json) {
@@ -120,6 +169,8 @@ std::string report_json(const RegisterRun& run) {
                    {"backend", backend(run)},
                    {"method", method_name(result.method)},
                    {"method_reason", result.method_reason},
+                   {"content", content_name(result.content)},
+                   {"decisions", result.decisions},
                    {"metric", run.options.metric},
                    {"projector", run.options.engine.projector},
                    {"verdict", {{"ok", result.ok}, {"reasons", result.reasons}}},
@@ -128,6 +179,10 @@ std::string report_json(const RegisterRun& run) {
     if (run.truth) report["tre"] = errors_against_truth(run);
     report["world_from_ct"] = matrix(result.world_from_ct);
     report["start_world_from_ct"] = matrix(run.inputs.start_world_from_ct);
+    report["covariance"] = covariance(result.confidence);
+    report["sigma"] = sigma(result.confidence);
+    report["search"] = search(result.search);
+    report["robust_rounds"] = result.robust_rounds;
     report["iterations"] = result.iterations;
     report["evaluations"] = result.counters.evaluations;
     report["linearizations"] = result.counters.linearizations;
@@ -153,6 +208,9 @@ std::string info_json(const std::vector<BackendStatus>& backends) {
             entry["threads"] = status.info.threads;
             entry["instruction_set"] = status.info.instruction_set;
         }
+        Json devices = Json::array();
+        for (const DeviceStatus& device : status.devices) devices.push_back(device_json(device));
+        entry["devices"] = devices;
         Json sets = Json::array();
         for (const InstructionSet& set : status.instruction_sets) {
             sets.push_back({{"name", set.name}, {"available", set.available}});

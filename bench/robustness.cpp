@@ -4,9 +4,9 @@
 //   raylign_robustness CT [scenes=noise] [intervals_mm=0:20,20:40,40:60] [trials=50] [views=2] [variants=auto]
 //   [pixels=256]
 // Scenes: clean, noise, scatter, metal, vertebra-1 (lower thoracic, the boxes are for the chest CT of the tests) to
-// vertebra-5 (upper). Variants: auto, no-robust, one-level, no-search, part (no search), steepest-descent, bobyqa, global (no
-// start: turned by up to 40 degrees and anywhere in view). Several with commas. RAYLIGN_LIST=1 prints every trial. The columns
-// of the verdict: failures that it doubted, and successes that it doubted.
+// vertebra-5 (upper). Variants: auto, no-robust, one-level, no-search, part (no search), steepest-descent, bobyqa,
+// global (no start: turned by up to 40 degrees and anywhere in view). Several with commas. RAYLIGN_LIST=1 prints every
+// trial. The columns of the verdict: failures that it doubted, and successes that it doubted.
 
 #include <algorithm>
 #include <array>

@@ -6,15 +6,16 @@
 #include <limits>
 #include <memory>
 
+#include "core/error.h"
 #include "core/registration/confidence.h"
 #include "core/registration/pixel_weights.h"
 
 namespace raylign {
 namespace {
 
-constexpr double kInitialStep_px = 2;      // on the coarsest level; finer ones start where the coarser one ended
-constexpr double kWeakCost = 0.5;          // a mean correlation below one half: the volume explains too little
-constexpr double kHopelessCost = 0.7;      // on the coarsest level, where noise is averaged away
+constexpr double kInitialStep_px = 2;       // on the coarsest level; finer ones start where the coarser one ended
+constexpr double kWeakCost = 0.5;           // a mean correlation below one half: the volume explains too little
+constexpr double kHopelessCost = 0.7;       // on the coarsest level, where noise is averaged away
 constexpr double kRobustFrom_cost = 0.005;  // below, noise is all that is left: weights would only cost time
 constexpr int kRobustRounds = 3;
 constexpr double kRobustSettled_px = 0.02;  // a renewal that moves the object's rim less is the last
@@ -28,8 +29,9 @@ void Driver::solve() {
     const Content content = run_.options.content == Content::part ? Content::part : Content::whole;
     const Search search = run_.options.search.mode;
     if (search == Search::near || search == Search::global) {
+        if (!has_derivatives_) throw Error("search: needs an engine with derivatives (cpu, gl or reference)");
         search_and_finish(content, search);
-    } else if (content == Content::part && search == Search::automatic) {
+    } else if (content == Content::part && search == Search::automatic && has_derivatives_) {
         search_and_finish(content, Search::near);
     } else {
         pyramid(content);
@@ -41,6 +43,11 @@ void Driver::choose_method() {
     result_.world_from_ct = run_.start;
     result_.method = run_.options.method;
     if (result_.method != Method::automatic) return;
+    if (!has_derivatives_) {
+        result_.method = Method::steepest_descent;
+        result_.method_reason = "the engine gives no derivatives";
+        return;
+    }
     result_.method = Method::gauss_newton;
     result_.method_reason = "the fewest evaluations: the engine gives analytic derivatives";
 }
@@ -50,7 +57,7 @@ void Driver::try_as_part() {
                                 std::to_string(result_.cost_final) + ", at most 0.5 for a whole)");
     result_.world_from_ct = run_.start;
     const Search wanted = run_.options.search.mode;
-    if (wanted == Search::none) {
+    if (wanted == Search::none || !has_derivatives_) {
         pyramid(Content::part);
     } else {
         search_and_finish(Content::part, wanted == Search::automatic ? Search::near : wanted);

@@ -12,7 +12,8 @@ namespace raylign {
 /// passed elsewhere (verdict.h).
 class Driver {
 public:
-    explicit Driver(RunContext& run) : run_(run), result_(run.result) {}
+    explicit Driver(RunContext& run)
+        : run_(run), result_(run.result), has_derivatives_(run.backend.info().has_derivatives) {}
 
     void solve();
 
@@ -61,6 +62,7 @@ private:
 
     RunContext& run_;
     RegistrationResult& result_;
+    bool has_derivatives_;  ///< of the engine: searches refine by them
 };
 
 /// Around the object once its place is known: at the object.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that engines must agree on
 constexpr double kToleranceCoarse_px = 2e-2;  // the next level corrects the rest
-constexpr double kCostToleranceFinest = 2e-9;
+constexpr double kCostToleranceFinest = 1e-10;
 constexpr double kCostToleranceCoarse = 1e-6;
 constexpr int kTypicalIterations = 15;  // per level: scales the progress estimate only
 

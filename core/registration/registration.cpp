@@ -1,9 +1,7 @@
 #include "core/registration/registration.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "core/error.h"
@@ -13,19 +11,13 @@
 namespace raylign {
 namespace {
 
-std::string number_text(double value) {
-    std::array<char, 32> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%g", value);
-    return buffer.data();
-}
-
 double engine_seconds(const SessionTiming& t) {
     return t.prepare_s + t.drr_s + t.gradient_s + t.reduction_s + t.transfer_s;
 }
 
 void check(const RegistrationOptions& options, const RigidTransform& start) {
     const auto in_range = [](const char* what, double value, double low, double high, const char* allowed) {
-        if (!(value >= low && value <= high)) throw bad_value(what, number_text(value), allowed);
+        if (!(value >= low && value <= high)) throw bad_value(what, std::to_string(value), allowed);
     };
     in_range("levels", options.levels, 0, 8, "in [1, 8], or 0 for as many as fit");
     in_range("max_iterations_per_level", options.max_iterations_per_level, 1, 10000, "in [1, 10000]");
@@ -71,7 +63,7 @@ RegistrationResult register_volume(const Volume& volume, std::span<const View> v
     result.optimizer_s = std::max(0.0, result.total_s - engine_seconds(result.timing));
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
     if (timed_out) {
-        result.reasons.insert(result.reasons.begin(), "the time limit of " + number_text(options.time_limit_s) +
+        result.reasons.insert(result.reasons.begin(), "the time limit of " + std::to_string(options.time_limit_s) +
                                                           " s was over: the best pose so far");
     }
     result.ok = result.reasons.empty();

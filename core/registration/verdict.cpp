@@ -1,7 +1,8 @@
 #include "core/registration/verdict.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 namespace raylign {
@@ -14,14 +15,14 @@ constexpr double kTestedTurn_rad = 0.8;  // 45 degrees
 constexpr double kRivalMargin = 0.015;   // of cost: the gap that noise can close
 constexpr double kLargestRim_mm = 1.5;   // an expected error above this is not a registration
 
-template <class... Values>
-std::string text(const char* format, Values... values) {
-    char buffer[256];
-    std::snprintf(buffer, sizeof buffer, format, values...);
-    return buffer;
+std::string fixed(double value, int digits) {
+    std::array<char, 64> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, digits);
+    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(value);
 }
 
 void doubt_the_end(const RegistrationResult& result, std::vector<std::string>& reasons) {
+    if (result.levels.empty()) return;
     const LevelReport& last = result.levels.back();
     if (last.termination != Termination::converged) {
         reasons.push_back("the finest level ended by " + std::string(termination_name(last.termination)) + " after " +
@@ -35,8 +36,8 @@ void doubt_weak_views(const RegistrationResult& result, std::span<const View> vi
     const double limit = result.content == Content::part ? kWeakCost_part : kWeakCost_whole;
     for (std::size_t v = 0; v < result.view_costs.size(); ++v) {
         if (result.view_costs[v] < limit) continue;
-        reasons.push_back("view " + views[v].name + " correlates weakly with its DRR" +
-                          text(" (cost %.2f, unrelated images have about 1)", result.view_costs[v]));
+        reasons.push_back("view " + views[v].name + " correlates weakly with its DRR (cost " +
+                          fixed(result.view_costs[v], 2) + ", unrelated images have about 1)");
     }
 }
 
@@ -47,19 +48,17 @@ void doubt_far_ends(const RegistrationResult& result, const RigidTransform& star
     const Eigen::Vector3d centre_mm = start * extent.centre_ct_mm;
     const double shift_mm = (moved * centre_mm - centre_mm).norm(), turn_rad = rotation_angle_rad(moved);
     if (shift_mm <= kTestedShift_mm && turn_rad <= kTestedTurn_rad) return;
-    reasons.push_back(
-        text("the result is far from the start (%.1f mm, %.1f deg): beyond the range in which the method "
-             "has been tested",
-             shift_mm, turn_rad * 180 / std::numbers::pi));
+    reasons.push_back("the result is far from the start (" + fixed(shift_mm, 1) + " mm, " +
+                      fixed(turn_rad * 180 / std::numbers::pi, 1) +
+                      " deg): beyond the range in which the method has been tested");
 }
 
 void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& reasons) {
     for (const Rival& rival : result.search.rivals) {
         if (rival.cost - result.search.cost > kRivalMargin) continue;
-        reasons.push_back(
-            text("a rival explains the X-rays nearly as well: %.1f mm and %.1f deg away, cost %.4f "
-                 "against %.4f",
-                 rival.shift_mm, rival.rotation_deg, rival.cost, result.search.cost));
+        reasons.push_back("a rival explains the X-rays nearly as well: " + fixed(rival.shift_mm, 1) + " mm and " +
+                          fixed(rival.rotation_deg, 1) + " deg away, cost " + fixed(rival.cost, 4) + " against " +
+                          fixed(result.search.cost, 4));
     }
 }
 
@@ -73,7 +72,8 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     doubt_far_ends(result, start, extent, reasons);
     doubt_rivals(result, reasons);
     if (result.confidence.rim_mm > kLargestRim_mm) {
-        reasons.push_back(text("the pose is poorly determined: expected error %.1f mm", result.confidence.rim_mm));
+        reasons.push_back("the pose is poorly determined: expected error " + fixed(result.confidence.rim_mm, 1) +
+                          " mm");
     }
     return reasons;
 }

@@ -19,6 +19,23 @@ TEST(ParseTriple, NamesTheOptionThatIsWrong) {
     }
 }
 
+TEST(EngineFlags, OptionsOfGpusAreRefusedWhereTheyMeanNothing) {
+    const auto settle = [](const EngineFlags& engine) {
+        DrrOptions options;
+        options.engine = engine;
+        settle_conflicts(options);
+    };
+    EXPECT_NO_THROW(settle({.backend = "gl", .storage = "int16", .interpolation = "exact", .crop = true}));
+    EXPECT_NO_THROW(settle({.backend = "gl-2006", .slices = "object-aligned", .reduction = "mipmap-half"}));
+    EXPECT_NO_THROW(settle({.backend = "cpu", .interpolation = "exact"})) << "which it is";
+    EXPECT_THROW(settle({.backend = "cpu", .interpolation = "hardware"}), Error);
+    EXPECT_THROW(settle({.backend = "reference", .crop = true}), Error);
+    EXPECT_THROW(settle({.backend = "gl", .reduction = "mipmap"}), Error);
+    EXPECT_THROW(settle({.backend = "gl-2006", .reduction = "guess"}), Error);
+    EXPECT_THROW(settle({.backend = "gl", .interpolation = "cubic"}), Error);
+    EXPECT_THROW(settle({.backend = "gl", .storage = "float16"}), Error);
+}
+
 TEST(QuoteForShell, QuotesOnlyWhatNeedsIt) {
     EXPECT_EQ(quote_for_shell({"raylign", "-v", "ct.nii.gz"}), "raylign -v ct.nii.gz");
     EXPECT_EQ(quote_for_shell({"a b", "", "it's", "$HOME"}), "'a b' '' 'it'\\''s' '$HOME'");

@@ -71,7 +71,7 @@ TEST_F(RoundTrip, RegisterLeavesTheFilesOfTheContract) {
     ASSERT_LE(run_raylign(scene.register_arguments()).exit_code, 1);
     EXPECT_THAT(names_in(folder.folder() / "result"),
                 ElementsAre("drr_AP.tif", "drr_LAT.tif", "overlay_AP.png", "overlay_LAT.png", "pose.json", "pose.tfm",
-                            "report.json"));
+                            "report.html", "report.json"));
     const RigidTransform from_json = read_pose(folder.path("result/pose.json"));
     const RigidTransform from_tfm = read_pose(folder.path("result/pose.tfm"));
     EXPECT_LT((to_matrix(from_json) - to_matrix(from_tfm)).cwiseAbs().maxCoeff(), 1e-9);
@@ -91,7 +91,7 @@ TEST_F(RoundTrip, ReportHasEveryKeyOfTheContract) {
     for (const char* key : {"total", "load", "prepare", "drr", "gradient", "reduction", "transfer", "optimizer"}) {
         EXPECT_GE(report.at("time_s").at(key), 0) << key;
     }
-    for (const char* key : {"name", "device", "threads", "instruction_set", "passed_over"}) {
+    for (const char* key : {"name", "device", "threads", "instruction_set", "storage", "passed_over"}) {
         EXPECT_TRUE(report.at("backend").contains(key)) << key;
     }
     EXPECT_EQ(report.at("seed"), 42);

@@ -187,7 +187,7 @@ TEST_P(BackendContract, CountsEvaluationsAndTimesItsStages) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BackendContract, testing::ValuesIn(backend_names()),
-                         [](const auto& test) { return test.param; });
+                         [](const auto& test) { return test::test_name(test.param); });
 
 }  // namespace
 }  // namespace raylign

@@ -27,6 +27,7 @@ protected:
     void SetUp() override {
         const auto& [backend_name, c] = GetParam();
         RAYLIGN_MAKE_BACKEND(backend, backend_name);
+        if (!backend->info().has_derivatives) GTEST_SKIP() << backend_name << " has none, and says so";
         views_ = test::with_exact_images(test::biplane_views(40), spine_phantom({160, 160, 160}), test::oblique_pose());
         views_[0].weights = Image(40, 40, 1);
         for (int y = 0; y < 12; ++y) {
@@ -57,6 +58,24 @@ protected:
     RigidTransform start_ = exp((Twist() << 0.02, 0.03, -0.01, 1.5, 2, -1).finished()) * test::oblique_pose();
     std::unique_ptr<Session> session_;
 };
+
+TEST(NoDerivatives, AreAnErrorThatSaysWhatToUse) {
+    const Volume volume = test::spine_volume(16);
+    const auto views =
+        test::with_exact_images(test::biplane_views(24), spine_phantom({160, 160, 160}), test::oblique_pose());
+    for (const BackendStatus& status : backend_statuses()) {
+        if (!status.available || status.info.has_derivatives) continue;
+        const auto session = create_backend(status.name).backend->prepare({volume, views, {}, {Metric::gc, {1.5, 4}}});
+        const RigidTransform pose = test::oblique_pose();
+        Linearization result;
+        try {
+            session->linearize({&pose, 1}, {0, 0, 0}, {&result, 1});
+            FAIL() << "must throw";
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find("steepest-descent"), std::string::npos) << error.what();
+        }
+    }
+}
 
 TEST_P(Derivatives, GradientIsTheLimitOfCentralDifferences) {
     Twist analytic = linearize().gradient;
@@ -103,7 +122,9 @@ INSTANTIATE_TEST_SUITE_P(All, Derivatives,
                                           testing::Values(Case{"GcJoseph", Metric::gc, Projector::joseph},
                                                           Case{"NccJoseph", Metric::ncc, Projector::joseph},
                                                           Case{"GcTrilinear", Metric::gc, Projector::trilinear})),
-                         [](const auto& test) { return std::get<0>(test.param) + std::get<1>(test.param).name; });
+                         [](const auto& test) {
+                             return test::test_name(std::get<0>(test.param)) + std::get<1>(test.param).name;
+                         });
 
 }  // namespace
 }  // namespace raylign

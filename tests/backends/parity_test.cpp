@@ -87,18 +87,23 @@ TEST_P(BackendParity, SweepsOfEachParameterHaveTheirMinimumAtTheSamePlace) {
     for (int axis = 0; axis < 6; ++axis) {
         const double a = sweep_minimum(*ours, truth_, axis), b = sweep_minimum(*oracle, truth_, axis);
         EXPECT_LT(std::abs(b), 1.0) << "axis " << axis << ": mm or degrees from the truth (a fifth of a 5 mm voxel)";
-        EXPECT_NEAR(a, b, 1e-3) << "axis " << axis;
+        const bool float_sums = GetParam() == "gl-2006";
+        EXPECT_NEAR(a, b, float_sums ? test::kSweepMinimumOfFloatSums : test::kSweepMinimum) << "axis " << axis;
     }
 }
 
 TEST_P(BackendParity, RegistrationsFromOneStartEndAtOnePose) {
     const auto targets = default_targets_ct_mm(volume_);
     const RigidTransform start = perturbed_start(truth_, targets, 8, 11);
-    const RegistrationOptions options{.method = Method::steepest_descent};
+    const bool derivatives = backend_->info().has_derivatives;
+    // Without robust weights: on so coarse a scene their renewals end anywhere within 0.02 mm. The real CT has them.
+    const RegistrationOptions options{.method = derivatives ? Method::gauss_newton : Method::steepest_descent,
+                                      .robust = false};
     const RegistrationResult ours = register_volume(volume_, views_, start, options, *backend_);
     const RegistrationResult oracle = register_volume(volume_, views_, start, options, *reference_);
     EXPECT_LT(mean_target_error_mm(ours.world_from_ct, truth_, targets), 2.5) << "half a voxel";
-    EXPECT_LT(mean_target_error_mm(ours.world_from_ct, oracle.world_from_ct, targets), test::kPoseMtre_mm);
+    EXPECT_LT(mean_target_error_mm(ours.world_from_ct, oracle.world_from_ct, targets),
+              derivatives ? test::kPoseMtre_mm : test::kSteepestPoseMtre_mm);
     EXPECT_NEAR(ours.cost_final, oracle.cost_final, test::kCost);
 }
 
@@ -109,7 +114,7 @@ std::vector<std::string> names_but_reference() {
 }
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(BackendParity);  // a build with the reference only
 INSTANTIATE_TEST_SUITE_P(All, BackendParity, testing::ValuesIn(names_but_reference()),
-                         [](const auto& test) { return test.param; });
+                         [](const auto& test) { return test::test_name(test.param); });
 
 }  // namespace
 }  // namespace raylign

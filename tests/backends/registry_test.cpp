@@ -21,8 +21,27 @@ TEST(Registry, AnUnknownNameIsRefusedListingTheValidOnes) {
 
 TEST(Registry, ReferenceIsLastAndNeverAutomatic) {
     EXPECT_EQ(backend_names().back(), "reference");
-    if (backend_names().size() > 1) {
+    try {
         EXPECT_NE(create_backend("auto").backend->info().name, "reference");
+    } catch (const Error& error) {  // a build without cpu, on a machine without a GPU
+        EXPECT_EQ(error.kind(), ErrorKind::unavailable);
+    }
+}
+
+TEST(Registry, AutoPassesOverSoftwareOpenGlWithAReason) {
+    for (const BackendStatus& status : backend_statuses()) {
+        if (status.name != "gl" || !status.available || status.devices.empty()) continue;
+        for (const DeviceStatus& device : status.devices) {
+            if (device.problem.empty() && !device.software) GTEST_SKIP() << "has a GPU: " << device.name;
+        }
+        try {
+            const BackendChoice choice = create_backend("auto");
+            EXPECT_EQ(choice.backend->info().name, "cpu");
+            ASSERT_EQ(choice.passed_over.front().name, "gl");
+            EXPECT_NE(choice.passed_over.front().reason.find("asked for by name"), std::string::npos);
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find("asked for by name"), std::string::npos) << error.what();
+        }
     }
 }
 

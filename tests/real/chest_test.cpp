@@ -69,5 +69,28 @@ TEST(Chest, CpuAndReferenceEndAtTheSamePoseBelowHalfAVoxel) {
     EXPECT_NEAR(fast.cost_final, slow.cost_final, test::kCost);
 }
 
+TEST(Chest, GlEndsAtThePoseOfCpu) {
+    RAYLIGN_NEED_DATA(chest_path());
+    RAYLIGN_MAKE_BACKEND(cpu, "cpu");
+    RAYLIGN_MAKE_BACKEND(gl, "gl");
+    const ChestCase chest(96);  // software OpenGL is slow
+    const RigidTransform start = perturbed_start(chest.truth, chest.targets, 8, 1);
+    const RegistrationResult on_cpu = register_volume(chest.volume, chest.views, start, {}, *cpu);
+    const RegistrationResult on_gl = register_volume(chest.volume, chest.views, start, {}, *gl);
+    EXPECT_LT(mean_target_error_mm(on_gl.world_from_ct, on_cpu.world_from_ct, chest.targets), test::kPoseMtre_mm);
+    EXPECT_NEAR(on_gl.cost_final, on_cpu.cost_final, test::kCost);
+}
+
+TEST(Chest, TextureFiltersAndInt16VoxelsMoveThePoseLittle) {
+    RAYLIGN_NEED_DATA(chest_path());
+    RAYLIGN_MAKE_BACKEND(exact, "gl");
+    const ChestCase chest(96);
+    const RigidTransform start = perturbed_start(chest.truth, chest.targets, 8, 1);
+    const auto filtered = create_backend("gl").backend;  // as it is without options
+    const RegistrationResult a = register_volume(chest.volume, chest.views, start, {}, *exact);
+    const RegistrationResult b = register_volume(chest.volume, chest.views, start, {}, *filtered);
+    EXPECT_LT(mean_target_error_mm(b.world_from_ct, a.world_from_ct, chest.targets), test::kFilterBitsPoseMtre_mm);
+}
+
 }  // namespace
 }  // namespace raylign

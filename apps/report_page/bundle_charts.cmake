@@ -1,0 +1,26 @@
+# Makes OUTPUT, the bundled chart library, from package-lock.json with npm: cmake -DNPM= -DSOURCE= -DWORK= -DOUTPUT= -DMUST= -P
+# Without npm, or without its registry, OUTPUT is empty (unless MUST): reports then have tables and pictures, and say so.
+file(MAKE_DIRECTORY ${WORK})
+file(COPY ${SOURCE}/package.json ${SOURCE}/package-lock.json ${SOURCE}/charts.mjs DESTINATION ${WORK})
+set(problem "npm is not installed")
+if(NPM)
+  execute_process(COMMAND ${NPM} ci --ignore-scripts --no-audit --no-fund WORKING_DIRECTORY ${WORK} RESULT_VARIABLE failed
+                  OUTPUT_VARIABLE output ERROR_VARIABLE output TIMEOUT 300)
+  if(NOT failed)
+    execute_process(COMMAND ${NPM} run bundle WORKING_DIRECTORY ${WORK} RESULT_VARIABLE failed OUTPUT_VARIABLE output
+                    ERROR_VARIABLE output TIMEOUT 120)
+  endif()
+  set(problem "")
+  if(failed)
+    set(problem "npm: ${output}")
+  endif()
+endif()
+if(NOT problem)
+  file(COPY_FILE ${WORK}/charts.js ${OUTPUT})
+  return()
+endif()
+if(MUST)
+  message(FATAL_ERROR "RAYLIGN_REPORT_CHARTS=ON, but the chart library cannot be bundled: ${problem}")
+endif()
+message(STATUS "reports are built without charts: ${problem}")
+file(WRITE ${OUTPUT} "")

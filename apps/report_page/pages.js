@@ -1,0 +1,156 @@
+"use strict";
+// One function a kind of report.
+
+function registerPage({ report, images }) {
+  heading("Registration", report.inputs?.[0] ? report.inputs.map((i) => i.path.split("/").pop()).join(", ") : "");
+  const t = report.time_s;
+  const cards = [["cost (0 = perfect, 1 = unrelated)", `${number(report.cost.initial)} → ${number(report.cost.final)}`],
+    ["time", seconds(t.total)], ["poses compared", number(report.evaluations + report.linearizations)], ["iterations", number(report.iterations)]];
+  if (report.tre) cards.unshift(["mTRE, start → result", `${number(report.tre.initial_mtre_mm)} → ${number(report.tre.final_mtre_mm)} mm`], ["mRPD of the result", number(report.tre.final_mrpd_mm) + " mm"]);
+  if (report.sigma) {
+    cards.push(["uncertainty (1 σ)", `${number(report.sigma.translation_mm)} mm, ${number(report.sigma.rotation_deg)}°`]);
+    if (report.sigma.weakest_direction) cards.push(["weakest direction", String(report.sigma.weakest_direction)]);
+  }
+  verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: do not use the result unchecked", report.verdict.reasons, cards);
+  section("X-ray and DRR", "Move the slider: left of it the X-ray, right of it the CT projected at the pose. Bones should run through without a step.", overlays(images));
+  const steps = report.history.map((h, i) => ({ ...h, step: i + 1 }));
+  const levels = [...new Set(steps.map((s) => s.level))];
+  const perLevel = levels.map((l) => ({ label: `level ${l + 1} of ${report.levels.length}`, i: l }));
+  section("Convergence", "Cost and length of every accepted step, coarse to fine. Costs of different levels are those of different images.", charts(() => [
+    chart("Cost", null, { x: { label: "step", tickFormat: "d" }, y: { label: "cost", grid: true, zero: true },
+      marks: [Plot.ruleY([0]), ...levels.map((l) => Plot.line(steps.filter((s) => s.level === l), { x: "step", y: "cost", stroke: colour(l), strokeDasharray: dash(l), strokeWidth: 2 })),
+        Plot.dot(steps, { x: "step", y: "cost", fill: (s) => colour(s.level), r: 3, title: (s) => `level ${s.level + 1}, step ${s.iteration}: ${number(s.cost, 5)}` })] }, perLevel),
+    chart("Step", "how far the step moved the object's rim", { x: { label: "step", tickFormat: "d" }, y: { label: "mm", ...spanAxis(steps.map((s) => s.step_mm)) },
+      marks: [Plot.line(steps.filter((s) => s.step_mm > 0), { x: "step", y: "step_mm", stroke: colour(0), strokeWidth: 2 }),
+        Plot.dot(steps.filter((s) => s.step_mm > 0), { x: "step", y: "step_mm", fill: (s) => colour(s.level), r: 3 })] }),
+    stageBars("Time", "where the time went", [{ label: report.backend.name, times: t }])]),
+    table([{ name: "Level", value: (l) => report.levels.indexOf(l) + 1 }, { name: "Volume", value: (l) => l.volume_size.join(" × "), text: true, show: String },
+      { name: "Images", value: (l) => l.image_sizes_px.map((s) => s.join(" × ")).join(", "), text: true, show: String },
+      { name: "Cost before", value: (l) => l.cost.initial, show: (v) => number(v, 4) }, { name: "after", value: (l) => l.cost.final, show: (v) => number(v, 4) },
+      { name: "Iterations", key: "iterations" }, { name: "Evaluations", key: "evaluations" }, { name: "Linearizations", key: "linearizations" },
+      { name: "Ended by", key: "termination", text: true, show: String }, { name: "Time", key: "time_s", show: seconds }], report.levels));
+  section("Views", null, table([{ name: "View", key: "name", text: true, show: String }, { name: "Cost", key: "cost", show: (v) => number(v, 4) }], report.views));
+  const rows = report.world_from_ct.map((r, i) => ({ i, r }));
+  section("Pose", "world_from_ct: maps points of the CT (LPS, mm) to the world of the views.", table([0, 1, 2, 3].map((c) => ({ name: c < 3 ? "xyz"[c] : "mm", value: (row) => row.r[c], show: (v) => v.toFixed(c < 3 ? 6 : 3) })), rows));
+  manifest(report, [["engine", backendText(report.backend)], ["method", report.method + (report.method_reason ? ` (${report.method_reason})` : "")], ["metric", report.metric], ["projector", report.projector]]);
+}
+
+const PERCENTILES = ["p50", "p75", "p95", "p99", "max"];
+const percentileColumns = (key, name, unit) => PERCENTILES.map((p) => ({ name: `${name} ${p}${unit ? " " + unit : ""}`, value: (r) => r[key]?.[p] }));
+
+function studyPage({ report, trials, images }) {
+  const cases = report.cases, settings = report.settings;
+  const sum = (key) => cases.reduce((s, c) => s + c.overall[key], 0);
+  const done = sum("trials"), good = sum("successes"), missed = sum("undetected_failures"), alarms = sum("false_alarms");
+  heading("Robustness study", `${settings.bins} mm initial mTRE, ${settings.per_bin} starts an interval, ${cases.length} case${cases.length === 1 ? "" : "s"}${settings.preset ? ", preset " + settings.preset : ""}`);
+  const reasons = [];
+  if (missed) reasons.push(`${missed} failure${missed === 1 ? "" : "s"} passed the program's own verdict`);
+  if (alarms) reasons.push(`${alarms} success${alarms === 1 ? " was" : "es were"} called doubtful`);
+  if (report.simulated_views.length) reasons.push(`X-rays of ${report.simulated_views.join(", ")} are simulated from the CT itself (${report.simulation}${settings.noise_photons ? `, ${number(settings.noise_photons)} photons` : ", no noise"}): real ones are harder`);
+  verdict(missed === 0, `${good} of ${done} registrations succeeded`, reasons,
+    cases.map((c) => [c.label, `${percent(c.overall.success_rate)}, captures ${number(c.capture_range_mm)} mm`]));
+  const points = cases.flatMap((c, i) => c.intervals.filter((b) => b.trials).map((b) => ({ ...b, i,
+    middle: (b.low_mm + b.high_mm) / 2 + (i - (cases.length - 1) / 2) * 0.05 * (b.high_mm - b.low_mm) })));  // side by side where they are equal
+  const legend = cases.map((c, i) => ({ label: c.label, i }));
+  const of = (i) => points.filter((p) => p.i === i);
+  section("Success", "Share of the trials that succeeded against the initial error; bands: Wilson intervals, 95 %. A band is what the number of trials proves.", charts(() => [
+    chart("Success rate", null, { x: { label: "initial mTRE in mm", domain: [Math.min(...points.map((p) => p.low_mm)), Math.max(...points.map((p) => p.high_mm))] }, y: { label: "share of the trials", domain: [0, 1], grid: true, tickFormat: (v) => percent(v) }, insetTop: 5, insetBottom: 5,
+      marks: [...cases.map((c, i) => Plot.areaY(of(i), { x: "middle", y1: "success_low", y2: "success_high", fill: colour(i), fillOpacity: 0.12 })),
+        ...cases.map((c, i) => Plot.line(of(i), { x: "middle", y: "success_rate", stroke: colour(i), strokeDasharray: dash(i), strokeWidth: 2 })),
+        Plot.link(points, { x1: "middle", x2: "middle", y1: "success_low", y2: "success_high", stroke: (p) => colour(p.i), strokeOpacity: 0.5 }),
+        Plot.dot(points, { x: "middle", y: "success_rate", fill: (p) => colour(p.i), r: 3.5, title: (p) => `${cases[p.i].label}, ${p.low_mm}-${p.high_mm} mm: ${p.successes} of ${p.trials}` })] }, legend),
+    chart("Final mTRE of every trial", "circles: succeeded, crosses: failed", { x: { label: "initial mTRE in mm" }, y: { label: "final mTRE in mm", ...spanAxis(trials.map((t) => t.final_mtre_mm)) },
+      marks: [Plot.dot(trials.filter((t) => t.final_mtre_mm > 0), { x: "initial_mtre_mm", y: "final_mtre_mm", stroke: (t) => colour(t.case), r: 2.5, symbol: (t) => (t.success ? "circle" : "times"), title: (t) => `trial ${t.trial}: ${number(t.final_mtre_mm)} mm` })] }, legend),
+    chart("In-plane, depth, rotation", "medians (circles) and 95th percentiles (diamonds) over all trials, seen by the case's first view", (() => {
+      const bars = cases.flatMap((c, i) => [["in-plane mm", "in_plane_mm"], ["depth mm", "depth_mm"], ["rotation °", "rotation_deg"]].map(([what, key]) => ({ what, i, label: c.label, ...c.overall[key] })));
+      return { marginLeft: 12, marginRight: 96, height: 60 + 3 * (14 + 20 * cases.length), x: { label: "mm or degrees", ...spanAxis(bars.flatMap((b) => [b.p50, b.p95])) }, y: { axis: null, domain: cases.map((c) => c.label), padding: 0.5 },
+        fy: { label: null, axis: "right", domain: ["in-plane mm", "depth mm", "rotation °"] },
+        marks: [Plot.link(bars, { fy: "what", x1: "p50", x2: "p95", y1: "label", y2: "label", stroke: (b) => colour(b.i), strokeWidth: 2 }), Plot.dot(bars, { fy: "what", x: "p50", y: "label", fill: (b) => colour(b.i), r: 5, title: (b) => `${b.label}: p50 ${number(b.p50)}, p95 ${number(b.p95)}` }),
+          Plot.dot(bars, { fy: "what", x: "p95", y: "label", symbol: "diamond", fill: (b) => colour(b.i), r: 4 })] };
+    })(), legend),
+    stageBars("Mean time of a registration", null, cases.map((c) => ({ label: c.label, times: c.mean_time_s })))]));
+  section("Cases", "Percentiles over all trials, failures included.", table([{ name: "Case", key: "label", text: true, show: String },
+    { name: "Trials", value: (c) => c.overall.trials }, { name: "Success", value: (c) => c.overall.success_rate, show: percent },
+    { name: "95 % interval", value: (c) => c.overall.success_low, show: (v, c) => `${percent(v)} to ${percent(c.overall.success_high)}` },
+    { name: "Capture range mm", key: "capture_range_mm" }, { name: "Success is", value: (c) => `${c.success_means.error} < ${number(c.success_means.below_mm)} mm`, text: true, show: String },
+    { name: "Failures missed", value: (c) => c.overall.undetected_failures }, { name: "False alarms", value: (c) => c.overall.false_alarms }, { name: "Ended by error", key: "errors" }], cases, (c) => c.overall.undetected_failures > 0),
+    table([{ name: "Case", key: "label", text: true, show: String }, ...["mtre_mm", "mrpd_mm"].flatMap((key) => percentileColumns(key, key === "mtre_mm" ? "mTRE" : "mRPD", "mm")).map((c) => ({ ...c, value: (r) => c.value(r.overall) }))], cases),
+    table([{ name: "Case", key: "label", text: true, show: String }, ...[["in_plane_mm", "in-plane", "mm"], ["depth_mm", "depth", "mm"], ["rotation_deg", "rotation", "°"]].flatMap(([k, n, u]) => ["p50", "p95", "max"].map((p) => ({ name: `${n} ${p} ${u}`, value: (c) => c.overall[k][p] }))),
+      { name: "time p50", value: (c) => c.overall.time_s.p50, show: seconds }, { name: "time p95", value: (c) => c.overall.time_s.p95, show: seconds },
+      { name: "evaluations p50", value: (c) => c.overall.evaluations.p50 }, { name: "linearizations p50", value: (c) => c.overall.linearizations.p50 }], cases));
+  if (images.length) section("The worst trial of each case", "Left of the slider the X-ray, right of it the DRR at the pose that was found.", overlays(images));
+  section("Intervals", null, table([{ name: "Case", value: (p) => cases[p.i].label, text: true, show: String }, { name: "From mm", key: "low_mm" }, { name: "to mm", key: "high_mm" },
+    { name: "Trials", key: "trials" }, { name: "Succeeded", key: "successes" }, { name: "Rate", key: "success_rate", show: percent }, { name: "95 % from", key: "success_low", show: percent }, { name: "to", key: "success_high", show: percent },
+    { name: "mTRE p50 mm", value: (p) => p.mtre_mm.p50 }, { name: "p95 mm", value: (p) => p.mtre_mm.p95 }, { name: "mRPD p50 mm", value: (p) => p.mrpd_mm.p50 }, { name: "p95 mm", value: (p) => p.mrpd_mm.p95 },
+    { name: "time p50", value: (p) => p.time_s.p50, show: seconds }], points, (p) => p.successes < p.trials));
+  if (report.agreement.length) {
+    section("Engines against each other", "Final poses from the same starts.", table([{ name: "First", key: "first", text: true, show: String }, { name: "Second", key: "second", text: true, show: String },
+      { name: "Trials", key: "trials" }, ...percentileColumns("poses_apart_mm", "apart", "mm"), { name: "One succeeds, other fails", key: "one_succeeds_other_fails" }], report.agreement));
+  }
+  if (report.left_out.length) section("Left out", null, table([{ name: "Engine", key: "backend", text: true, show: String }, { name: "Why", key: "reason", text: true, long: true, show: String }], report.left_out));
+  const failed = trials.filter((t) => !t.success || !t.verdict_ok).sort((a, b) => b.final_mtre_mm - a.final_mtre_mm).slice(0, 100);
+  if (failed.length) {
+    section("Failed and doubted trials", `The ${failed.length} worst. Run one alone: add --trial NUMBER to the command below.`, table([{ name: "Trial", key: "trial" }, { name: "Case", value: (t) => cases[t.case].label, text: true, show: String },
+      { name: "Initial mTRE mm", key: "initial_mtre_mm" }, { name: "Final mm", key: "final_mtre_mm" }, { name: "Success", key: "success", text: true, show: (v) => (v ? "yes" : "no") }, { name: "Verdict", key: "verdict_ok", text: true, show: (v) => (v ? "ok" : "doubtful") },
+      { name: "Reasons", value: (t) => t.error || t.reasons, text: true, long: true, show: String }], failed, (t) => !t.success && t.verdict_ok));
+  }
+  const last = report.runs[report.runs.length - 1] ?? {};
+  manifest({ ...report, machine: last }, [["runs", report.runs.length], ["processes of the last run", last.processes], ["targets", report.targets],
+    ...report.backends.map((b) => ["engine", backendText(b)]), ...Object.entries(settings).filter(([k]) => k !== "seed").map(([k, v]) => [k.replaceAll("_", " "), v === "" ? null : v])]);
+}
+
+function comparePage({ report, images }) {
+  const bad = report.rows.filter((r) => !r.agrees);
+  const engines = report.backends.map((b) => b.name);
+  heading("Engines compared", `${engines.slice(1).join(", ")} against ${engines[0]}`);
+  verdict(report.agrees, report.agrees ? `All ${report.rows.length} comparisons agree` : `${bad.length} of ${report.rows.length} comparisons disagree`,
+    bad.slice(0, 6).map((r) => `${r.other}: ${r.quantity}: ${number(r.value)} ${r.unit} (allowed ${number(r.tolerance)}) ${r.where}`),
+    engines.slice(1).map((name) => [name, `${report.rows.filter((r) => r.other === name && r.agrees).length} of ${report.rows.filter((r) => r.other === name).length} agree`]));
+  section("Comparisons", "Largest difference to the oracle, what is allowed, and why.", table([{ name: "Engine", key: "other", text: true, show: String }, { name: "Quantity", value: (r) => r.quantity + (r.unit ? `, ${r.unit}` : ""), text: true, long: true, show: String },
+    { name: "Largest", key: "value", show: (v) => (v === null ? "∞" : number(v)) }, { name: "RMS", key: "rms", show: (v) => (v ? number(v) : "–") }, { name: "Allowed", key: "tolerance" },
+    { name: "Agrees", key: "agrees", text: true, show: (v) => (v ? "yes" : "NO") }, { name: "Where", key: "where", text: true, long: true, show: String }, { name: "Why so much is allowed", key: "reason", text: true, long: true, show: String }], report.rows, (r) => !r.agrees));
+  if (images.length) section("X-ray and DRRs", "Left of the slider the X-ray, right of it each engine's DRR at the given pose.", overlays(images));
+  const legend = engines.map((label, i) => ({ label, i }));
+  const parameters = [...new Set(report.sweeps.map((s) => s.parameter))];
+  section("Sweeps", "Cost along each pose parameter, from the given pose. The valleys must lie at one place.", charts(() => parameters.map((parameter) => {
+    const curves = report.sweeps.filter((s) => s.parameter === parameter);
+    const dots = curves.flatMap((s) => s.offsets.map((x, k) => ({ x, y: s.costs[k], i: engines.indexOf(s.backend) })));
+    return chart((curves[0].unit === "mm" ? "along " : "") + parameter, null, { height: 240, x: { label: curves[0].unit }, y: { label: "cost", grid: true },
+      marks: [...engines.map((name, i) => Plot.line(dots.filter((d) => d.i === i), { x: "x", y: "y", stroke: colour(i), strokeDasharray: dash(i), strokeWidth: i ? 2 : 3 })),
+        Plot.ruleX(curves.filter((s) => s.minimum != null), { x: "minimum", stroke: (s) => colour(engines.indexOf(s.backend)), strokeOpacity: 0.6 })] }, legend);
+  })), table([{ name: "Parameter", key: "parameter", text: true, show: String }, { name: "Engine", key: "backend", text: true, show: String }, { name: "Minimum at", key: "minimum", show: (v) => number(v, 5) }, { name: "", key: "unit", text: true, show: String }], report.sweeps));
+  if (report.registrations.length) section("Registrations from the same starts", null, table([{ name: "Start", key: "start" }, { name: "Engine", key: "backend", text: true, show: String },
+    { name: "mTRE to the oracle's result mm", key: "mtre_to_oracle_mm" }, { name: "to the given pose mm", key: "mtre_to_given_mm" }, { name: "Cost", key: "cost", show: (v) => number(v, 5) }, { name: "Iterations", key: "iterations" }, { name: "Time", key: "time_s", show: seconds }], report.registrations));
+  manifest(report, report.backends.map((b) => ["engine " + b.name, backendText(b)]));
+}
+
+function benchPage({ report }) {
+  const runs = report.registrations;
+  heading("Performance", `${report.scene.volume_size.join(" × ")} voxels, ${report.scene.views} views of ${report.scene.image_size_px.join(" × ")} pixels, ${report.scene.name}`);
+  const fastest = runs.filter((r) => r.ok).sort((a, b) => a.total_s - b.total_s)[0];
+  verdict(runs.every((r) => r.ok), fastest ? `Fastest registration: ${seconds(fastest.total_s)} (${fastest.backend}, ${fastest.method})` : "No registration found the pose",
+    runs.filter((r) => !r.ok).map((r) => `${r.backend}, ${r.method}: ${r.problem}`), runs.filter((r) => r.ok).map((r) => [`${r.backend}, ${r.method}`, seconds(r.total_s)]));
+  const cell = (key) => ({ value: (r) => r.time_s[key], show: seconds });
+  section("One registration, stage by stage", "The rows of Table 2 of Ino et al. 2006, for every engine of this machine; medians of the repetitions. An engine that does two stages in one pass counts them under the first.", charts(() => [
+    stageBars("Time of a registration", null, runs.map((r) => ({ label: `${r.backend}, ${r.method}`, times: r.time_s })))]),
+    table([{ name: "Engine", key: "backend", text: true, show: String }, { name: "Method", key: "method", text: true, show: String }, { name: "DRR", ...cell("drr") }, { name: "Gradient", ...cell("gradient") }, { name: "NCC reduction", ...cell("reduction") },
+      { name: "Transfer", ...cell("transfer") }, { name: "Prepare", ...cell("prepare") }, { name: "Optimizer, rest", ...cell("optimizer") }, { name: "A step", key: "step_s", show: seconds }, { name: "Steps", key: "iterations" }, { name: "Total", key: "total_s", show: seconds },
+      { name: "Evaluations", key: "evaluations" }, { name: "Linearizations", key: "linearizations" }, { name: "Read back bytes", key: "bytes_to_host" }, { name: "Engine's volume", key: "engine_volume_bytes", show: megabytes },
+      { name: "mTRE before mm", key: "initial_mtre_mm" }, { name: "after mm", key: "final_mtre_mm" }], runs, (r) => !r.ok));
+  const paper = report.paper;
+  section("What the paper reports", paper.note, table([{ name: "Totals as printed", key: "series", text: true, show: String }, ...paper.totals[0].values.map((_, i) => ({ name: String(i + 1), value: (r) => r.values[i], text: true, show: String }))], paper.totals), el("p", { class: "note" }, paper.source));
+  const kinds = [...new Set(report.scaling.map((s) => s.what))];
+  const engines = [...new Set(report.scaling.map((s) => s.backend))];
+  const legend = engines.map((label, i) => ({ label, i }));
+  section("Scaling", "Time of one pose, all views, cost only (evaluate); the line of one quantity holds the others.", charts(() => kinds.map((what) => {
+    const rows = report.scaling.filter((s) => s.what === what);
+    return chart(what, null, { x: { label: rows[0].unit, ...(rows.length > engines.length ? { type: "log" } : {}), ticks: [...new Set(rows.map((r) => r.x))], tickFormat: "~d" }, y: { label: "ms a pose", ...spanAxis(rows.map((r) => r.pose_ms)) },
+      marks: [...engines.map((name, i) => Plot.line(rows.filter((r) => r.backend === name), { x: "x", y: "pose_ms", stroke: colour(i), strokeDasharray: dash(i), strokeWidth: 2 })), Plot.dot(rows, { x: "x", y: "pose_ms", fill: (r) => colour(engines.indexOf(r.backend)), r: 3, title: (r) => `${r.backend}, ${r.x} ${r.unit}: ${number(r.pose_ms)} ms` })] }, legend);
+  })), table([{ name: "Against", key: "what", text: true, show: String }, { name: "", key: "x" }, { name: "", key: "unit", text: true, show: String }, { name: "Engine", key: "backend", text: true, show: String }, { name: "ms a pose", key: "pose_ms" }, { name: "spread ms", key: "spread_ms" },
+    { name: "poses/s", value: (r) => 1000 / r.pose_ms }, { name: "M rays/s", value: (r) => r.rays / r.pose_ms / 1000 }, { name: "Engine's volume", key: "engine_volume_bytes", show: megabytes }], report.scaling));
+  manifest(report, [["most memory of the process", megabytes(report.peak_memory_bytes)], ...report.backends.map((b) => ["engine", backendText(b)])]);
+  if (report.left_out.length) section("Left out", null, table([{ name: "Engine", key: "backend", text: true, show: String }, { name: "Why", key: "reason", text: true, long: true, show: String }], report.left_out));
+}
+
+({ register: registerPage, study: studyPage, compare: comparePage, bench: benchPage })[data.kind](data);
+document.title = root.querySelector("h1").textContent + " · raylign";
