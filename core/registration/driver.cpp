@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "core/error.h"
 #include "core/registration/confidence.h"
@@ -89,7 +90,9 @@ void Driver::pyramid(Content content) {
     double step_mm = kInitialStep_px * levels.front().pixel_at_object_mm;
     std::unique_ptr<Level> coarser;
     for (std::size_t i = 0; i < levels.size(); ++i) {
-        auto level = std::make_unique<Level>(run_, levels[i], content);
+        std::optional<Focus> focus;
+        if (content == Content::part) focus = {result_.world_from_ct, kDomainMargin_mm};
+        auto level = std::make_unique<Level>(run_, levels[i], content, focus);
         if (run_.levels_made == 1) level->check_overlap();
         if (content == Content::part) {
             level->session().set_weights(part_weights(*level, result_.world_from_ct, kDomainMargin_mm));

@@ -2,6 +2,7 @@
 #include <functional>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include "core/error.h"
 #include "core/registration/driver.h"
@@ -25,7 +26,9 @@ void Driver::search_and_finish(Content content, Search mode) {
     std::vector<Candidate> candidates;
     std::unique_ptr<Level> coarser;
     for (std::size_t i = 0; i < levels.size(); ++i) {
-        auto level = std::make_unique<Level>(run_, levels[i], content);
+        std::optional<Focus> focus;
+        if (content == Content::part && mode == Search::near) focus = {run_.start, range_mm() + kDomainMargin_mm};
+        auto level = std::make_unique<Level>(run_, levels[i], content, focus);
         if (run_.levels_made == 1 && mode == Search::near) level->check_overlap();
         weigh_for_search(*level, content, mode);
         level->report().cost_initial = level->cost(run_.start);

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/image/pyramid.h"
+#include "core/image/view_crop.h"
 
 namespace raylign {
 namespace {
@@ -41,20 +42,30 @@ double level_work(const LevelPlan& plan) {
     return std::exp2(-2.0 * plan.image_halvings.front() - plan.volume_halvings) * kTypicalIterations;
 }
 
-Level::Level(RunContext& run, const LevelPlan& plan, Content content)
+Level::Level(RunContext& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
     : run_(run), plan_(plan), index_(run.levels_made++) {
     for (int i = 0; i < plan.volume_halvings; ++i) halved_ = half_resolution(i == 0 ? run.volume : halved_);
     const Volume& volume = plan.volume_halvings > 0 ? halved_ : run.volume;
-    for (std::size_t v = 0; v < run.views.size(); ++v) {
-        views_.push_back(run.views[v]);
-        for (int i = 0; i < plan.image_halvings[v]; ++i) views_.back() = half_resolution(views_.back());
-    }
+    make_views(focus);
     session_ = run.backend.prepare({volume, views_, run.options.render, {run.options.similarity.metric, plan.filter}});
     report_.volume_size = volume.grid.size;
     report_.spacing_mm = volume.grid.spacing_mm;
     for (const View& view : views_) report_.image_sizes_px.push_back(view.geometry.camera.size_px);
     report_.filter = plan.filter;
     report_.content = content;
+}
+
+void Level::make_views(const std::optional<Focus>& focus) {
+    for (std::size_t v = 0; v < run_.views.size(); ++v) {
+        View view = run_.views[v];
+        for (int i = 0; i < plan_.image_halvings[v]; ++i) view = half_resolution(view);
+        if (focus) {
+            const int margin_px = static_cast<int>(std::ceil(focus->margin_mm / plan_.pixel_at_object_mm)) +
+                                  2 * plan_.filter.radius_px + 1;
+            view = crop(view, reached_pixels(view.geometry, run_.volume.grid, focus->world_from_ct, margin_px));
+        }
+        views_.push_back(std::move(view));
+    }
 }
 
 Level::~Level() {

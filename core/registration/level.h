@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 
 #include "core/registration/level_methods.h"
 #include "core/registration/levels.h"
@@ -37,10 +38,17 @@ struct RunContext {
 /// Share of a level in the time of a run, in arbitrary units.
 [[nodiscard]] double level_work(const LevelPlan& plan);
 
+/// Where the images of a level are cut to: around the object at a pose. What lies beyond the margin has no weight in a
+/// part's registration; without it engines have less to filter and sum.
+struct Focus {
+    RigidTransform world_from_ct;
+    double margin_mm;  ///< at the object
+};
+
 /// One resolution, resident on the engine. What it counted is added to the result when it ends.
 class Level {
 public:
-    Level(RunContext& run, const LevelPlan& plan, Content content);
+    Level(RunContext& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus = {});
     ~Level();
     Level(const Level&) = delete;
     Level& operator=(const Level&) = delete;
@@ -59,6 +67,8 @@ private:
     bool record(const OptimizerStep& step, const RigidTransform& pose);
 
     RunContext& run_;
+    void make_views(const std::optional<Focus>& focus);
+
     LevelPlan plan_;
     int index_;
     Volume halved_;
