@@ -96,14 +96,14 @@ TEST_P(BackendParity, RegistrationsFromOneStartEndAtOnePose) {
     const auto targets = default_targets_ct_mm(volume_);
     const RigidTransform start = perturbed_start(truth_, targets, 8, 11);
     const bool derivatives = backend_->info().has_derivatives;
-    // Without robust weights: on so coarse a scene their renewals end anywhere within 0.02 mm. The real CT has them.
+    // Without robust weights, whose renewals would blur what is compared: the real CT's tests have them.
     const RegistrationOptions options{.method = derivatives ? Method::gauss_newton : Method::steepest_descent,
                                       .robust = false};
     const RegistrationResult ours = register_volume(volume_, views_, start, options, *backend_);
     const RegistrationResult oracle = register_volume(volume_, views_, start, options, *reference_);
     EXPECT_LT(mean_target_error_mm(ours.world_from_ct, truth_, targets), 2.5) << "half a voxel";
     EXPECT_LT(mean_target_error_mm(ours.world_from_ct, oracle.world_from_ct, targets),
-              derivatives ? test::kPoseMtre_mm : test::kSteepestPoseMtre_mm);
+              derivatives ? test::kCoarsePoseMtre_mm : test::kSteepestPoseMtre_mm);
     EXPECT_NEAR(ours.cost_final, oracle.cost_final, test::kCost);
 }
 
