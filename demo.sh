@@ -8,6 +8,8 @@ cd "$(dirname "$0")"
 packages=(g++ cmake ninja-build libeigen3-dev libnlopt-dev libtbb-dev libxsimd-dev libinsighttoolkit5-dev libgdcm-dev libhdf5-dev
           libtiff-dev libexpat1-dev libyaml-cpp-dev zlib1g-dev libssl-dev nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev libbenchmark-dev
           libopenmpi-dev openmpi-bin libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri)
+read -ra extra <<<"${RAYLIGN_EXTRA_PACKAGES:-}"
+packages+=("${extra[@]}")
 ct_package=invesalius-examples   # a real head CT: wanted, not needed
 
 installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q '^install ok installed'; }

@@ -58,7 +58,9 @@ std::optional<double> px_per_mm(const View& view, const RigidTransform& world_fr
 std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& options,
                                         const RegistrationResult& result, Backend& backend, OutputFolder& folder) {
     std::vector<PageOverlay> overlays;
-    const auto session = backend.prepare({inputs.volume, inputs.views, options.render, options.similarity});
+    std::vector<View> views = inputs.views;
+    for (View& view : views) view.image = view.weights = {};  // only to be rendered: no channels to make
+    const auto session = backend.prepare({inputs.volume, views, options.render, options.similarity});
     for (std::size_t i = 0; i < inputs.views.size(); ++i) {
         stop_if_interrupted();
         const View& view = inputs.views[i];
