@@ -93,6 +93,8 @@ for (const file of pages) {
   await tab.pdf({ path: join(folder, name.replace(/\.html$/, ".pdf")), format: "A4", printBackground: true });
   await checkSorting(tab, name);
   await tab.setViewport({ width: 420, height: 800 });
+  // Charts are drawn anew for the new width: a busy machine takes its time.
+  await tab.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth, { timeout: 20000 }).catch(() => {});
   const narrow = await tab.evaluate(() => document.documentElement.scrollWidth - innerWidth);
   expect(name, narrow <= 0, `on a telephone the page is ${narrow} px too wide`);
   console.log(`${name}: "${found.verdict}", ${found.charts} charts, ${sliders} sliders, ${found.rows} rows`);
