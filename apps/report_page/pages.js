@@ -7,9 +7,9 @@ function registerPage({ report, images }) {
   const cards = [["cost (0 = perfect, 1 = unrelated)", `${number(report.cost.initial)} → ${number(report.cost.final)}`],
     ["time", seconds(t.total)], ["poses compared", number(report.evaluations + report.linearizations)], ["iterations", number(report.iterations)]];
   if (report.tre) cards.unshift(["mTRE, start → result", `${number(report.tre.initial_mtre_mm)} → ${number(report.tre.final_mtre_mm)} mm`], ["mRPD of the result", number(report.tre.final_mrpd_mm) + " mm"]);
-  if (report.sigma) {
-    cards.push(["uncertainty (1 σ)", `${number(report.sigma.translation_mm)} mm, ${number(report.sigma.rotation_deg)}°`]);
-    if (report.sigma.weakest_direction) cards.push(["weakest direction", String(report.sigma.weakest_direction)]);
+  if (report.sigma && report.sigma.expected_error_mm > 0) {
+    cards.push(["expected error (rms)", number(report.sigma.expected_error_mm) + " mm"], ["uncertainty (1 σ)", `${number(report.sigma.translation_mm)} mm, ${number(report.sigma.rotation_deg)}°`]);
+    cards.push([`σ along the weakest direction (${report.sigma.weakest_direction.map((x) => x.toFixed(2)).join(", ")})`, number(report.sigma.weakest_mm) + " mm"]);
   }
   verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: do not use the result unchecked", report.verdict.reasons, cards);
   section("X-ray and DRR", "Move the slider: left of it the X-ray, right of it the CT projected at the pose. Bones should run through without a step.", overlays(images));

@@ -13,6 +13,7 @@ constexpr double kWeakCost_part = 0.8;   // other tissue is expected, but this i
 constexpr double kTestedShift_mm = 60;   // how far starts without a search have been tested
 constexpr double kTestedTurn_rad = 0.8;  // 45 degrees
 constexpr double kRivalMargin = 0.015;   // of cost: the gap that noise can close
+constexpr int kFewestAgreeing = 2;       // a minimum that one start found is as likely a chance one
 constexpr double kLargestRim_mm = 1.5;   // an expected error above this is not a registration
 
 std::string fixed(double value, int digits) {
@@ -54,6 +55,9 @@ void doubt_far_ends(const RegistrationResult& result, const RigidTransform& star
 }
 
 void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& reasons) {
+    if (result.search.starts > 1 && result.search.agreeing < kFewestAgreeing) {
+        reasons.push_back("only one of " + std::to_string(result.search.refined) + " refined starts ended here");
+    }
     for (const Rival& rival : result.search.rivals) {
         if (rival.cost - result.search.cost > kRivalMargin) continue;
         reasons.push_back("a rival explains the X-rays nearly as well: " + fixed(rival.shift_mm, 1) + " mm and " +

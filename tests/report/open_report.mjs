@@ -68,7 +68,7 @@ for (const file of pages) {
   tab.on("request", (request) => { if (!request.url().startsWith("data:") && request.url() !== url) expect(name, false, `loads ${request.url()}`); });
   await tab.setOfflineMode(true);
   await tab.setViewport({ width: 1280, height: 900 });
-  await tab.goto(url, { waitUntil: "load" });
+  await tab.goto(url, { waitUntil: "load", timeout: 120000 });
 
   const found = await tab.evaluate(() => ({
     verdict: document.querySelector("#verdict strong")?.textContent ?? "",
