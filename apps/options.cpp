@@ -158,6 +158,13 @@ RegistrationOptions registration_options(const RegisterOptions& options) {
     return registration;
 }
 
+EngineFlags with_backend(EngineFlags flags, const std::string& name) {
+    const bool mipmap = name == "gl-2006-mipmap";
+    flags.backend = mipmap ? "gl-2006" : name;
+    if (mipmap) flags.reduction = "mipmap";
+    return flags;
+}
+
 BackendChoice choose_backend(const EngineFlags& flags) {
     BackendChoice choice = create_backend(flags.backend, {.threads = flags.threads,
                                                           .instruction_set = {},

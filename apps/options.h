@@ -109,6 +109,10 @@ void settle_conflicts(const DrrOptions& options);
 [[nodiscard]] RenderSettings render_settings(const EngineFlags& flags);
 [[nodiscard]] RegistrationOptions registration_options(const RegisterOptions& options);
 
+/// The flags for another backend. "gl-2006-mipmap" is gl-2006 with --reduction mipmap, Chisu's baseline in the paper: a
+/// name of its own, so that one study can hold both.
+[[nodiscard]] EngineFlags with_backend(EngineFlags flags, const std::string& name);
+
 /// The backend that the flags name. Throws Error, kind unavailable, where --device names something the chosen one
 /// lacks.
 [[nodiscard]] BackendChoice choose_backend(const EngineFlags& flags);

@@ -47,6 +47,7 @@ void need_hardware(const std::string& name, const EngineFlags& flags) {
     if (name.rfind("gl", 0) != 0) return;
     EngineFlags automatic = flags;
     automatic.backend = "auto";
+    automatic.reduction.clear();
     const BackendChoice choice = choose_backend(automatic);
     if (choice.backend->info().name.rfind("gl", 0) == 0) return;
     std::string reason = "no hardware GPU can run here";
@@ -58,14 +59,14 @@ void need_hardware(const std::string& name, const EngineFlags& flags) {
 std::vector<std::string> usable_backends(const StudyOptions& options, std::vector<LeftOut>& left_out) {
     std::vector<std::string> usable;
     for (const std::string& name : parse_list(options.registration.engine.backend, "--backend")) {
-        EngineFlags flags = options.registration.engine;
-        flags.backend = name;
+        const EngineFlags flags = with_backend(options.registration.engine, name);
         RegisterOptions alone = options.registration;
         alone.engine = flags;
         settle_conflicts(alone);
         try {
             if (options.backends_of_preset) need_hardware(name, flags);
-            usable.push_back(choose_backend(flags).backend->info().name);
+            const std::string engine = choose_backend(flags).backend->info().name;
+            usable.push_back(name == "auto" ? engine : name);
         } catch (const Error& error) {
             if (!options.backends_of_preset) throw;
             left_out.push_back({name, error.what()});

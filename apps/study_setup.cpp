@@ -36,8 +36,7 @@ void make_cases(Study& study) {
     for (const View& view : study.views) names.push_back(view.name);
     study.cases = study_cases(study.options, names, study.left_out);
     for (const StudyCase& study_case : study.cases) {
-        EngineFlags flags = study.options.registration.engine;
-        flags.backend = study_case.backend;
+        const EngineFlags flags = with_backend(study.options.registration.engine, study_case.backend);
         study.backends.push_back(choose_backend(flags).backend);
     }
 }

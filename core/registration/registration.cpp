@@ -11,6 +11,8 @@
 namespace raylign {
 namespace {
 
+constexpr double kParallelCosine = 0.985;  // 10 degrees
+
 double engine_seconds(const SessionTiming& t) {
     return t.prepare_s + t.drr_s + t.gradient_s + t.reduction_s + t.transfer_s;
 }
@@ -38,6 +40,20 @@ ObjectExtent extent_about(const Volume& volume, const std::optional<Eigen::Vecto
     return extent;
 }
 
+/// Two views that look along one direction see no more depth than one.
+void warn_of_parallel_views(std::span<const View> views, std::vector<std::string>& decisions) {
+    const auto axis = [](const View& view) {
+        return ray_direction_world(view.geometry, (view.geometry.camera.size_px.cast<double>().array() - 1) / 2);
+    };
+    for (std::size_t a = 0; a < views.size(); ++a) {
+        for (std::size_t b = a + 1; b < views.size(); ++b) {
+            if (std::abs(axis(views[a]).dot(axis(views[b]))) < kParallelCosine) continue;
+            decisions.push_back("warning: views " + views[a].name + " and " + views[b].name +
+                                " look along nearly the same direction: depth stays as weak as with one");
+        }
+    }
+}
+
 }  // namespace
 
 RegistrationResult register_volume(const Volume& volume, std::span<const View> views,
@@ -52,6 +68,7 @@ RegistrationResult register_volume(const Volume& volume, std::span<const View> v
                    progress,
                    extent_about(volume, options.rotation_centre_ct_mm),
                    start_world_from_ct};
+    warn_of_parallel_views(views, run.result.decisions);
     bool timed_out = false;
     try {
         Driver(run).solve();

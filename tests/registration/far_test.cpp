@@ -123,6 +123,16 @@ TEST(Confidence, GrowsWithNoiseAndKnowsTheWeakDirection) {
     EXPECT_GT(single.confidence.weakest_mm, 2 * b.confidence.weakest_mm);
 }
 
+TEST(Views, ThatLookAlongOneDirectionAreWarnedOf) {
+    SpineCase c;
+    EXPECT_TRUE(c.run(c.truth).decisions.empty());
+    c.views[1] = c.views[0];
+    c.views[1].name = "AP2";
+    const RegistrationResult found = c.run(c.truth);
+    ASSERT_FALSE(found.decisions.empty());
+    EXPECT_NE(found.decisions.front().find("AP and AP2"), std::string::npos);
+}
+
 TEST(FarOptions, OutOfRangeAreErrors) {
     SpineCase c;
     EXPECT_THROW((void)c.run(c.truth, {.search = {.range_mm = -1}}), Error);
