@@ -186,7 +186,7 @@ void add_search_flags(CLI::App& command, RegisterOptions& options) {
                                 "Largest turn from the start, up to 180; default 60 near, 45 global"),
              "DEG", kSearchGroup);
     describe(
-        command.add_option("--search-starts", options.search_starts, "Poses tried; default 6144 near, 8192 global"),
+        command.add_option("--search-starts", options.search_starts, "Poses tried for a whole; default 6144 near, 8192 global; a part is\nsought exhaustively"),
         "N", kSearchGroup);
     describe(command.add_option("--time-limit", options.time_limit_s,
                                 "Give the best pose found in this time, as doubtful; default none"),

@@ -31,9 +31,9 @@ void Driver::solve() {
     const Search search = run_.options.search.mode;
     if (search == Search::near || search == Search::global) {
         if (!has_derivatives_) throw Error("search: needs an engine with derivatives (cpu, gl or reference)");
-        search_and_finish(content, search);
+        content == Content::part ? search_part(search) : search_whole(search);
     } else if (content == Content::part && search == Search::automatic && has_derivatives_) {
-        search_and_finish(content, Search::near);
+        search_part(Search::near);
     } else {
         pyramid(content);
     }
@@ -61,7 +61,7 @@ void Driver::try_as_part() {
     if (wanted == Search::none || !has_derivatives_) {
         pyramid(Content::part);
     } else {
-        search_and_finish(Content::part, wanted == Search::automatic ? Search::near : wanted);
+        search_part(wanted == Search::automatic ? Search::near : wanted);
     }
 }
 

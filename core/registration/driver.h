@@ -33,12 +33,10 @@ private:
     /// astray).
     void take_the_better_start(Level& level, bool has_coarser);
 
-    /// Coarse to fine from many starts.
-    void search_and_finish(Content content, Search mode);
+    /// A whole, coarse to fine from many starts.
+    void search_whole(Search mode);
     [[nodiscard]] std::vector<RigidTransform> starts_of(Search mode) const;
     [[nodiscard]] double range_mm() const;
-    /// Base weights that are the same for all poses searched.
-    void weigh_for_search(Level& level, Content content, Search mode) const;
     /// The starts of least cost, refined a little, the best of them refined further.
     [[nodiscard]] std::vector<Candidate> first_candidates(Level& level, const LevelProblem& problem, Search mode);
     /// Finalists compared under weights that are fair to each: the mean of the robust weights that each would choose.
@@ -46,8 +44,18 @@ private:
     [[nodiscard]] std::vector<Candidate> ranked_robustly(Level& level, std::vector<Candidate> candidates,
                                                          const LevelProblem& problem);
     void report_rivals(const std::vector<Candidate>& candidates, double pixel_mm);
-    /// The winner of a search to its minimum, under the weights it will be judged by.
-    void settle(Level& level, Content content);
+
+    /// A part: all orientations and places by templates (template_search.h), the best of them judged each on the
+    /// pixels that it covers. One domain for all would compare how well each fits everything else: on a real wrist
+    /// the right pose was 50th by that and first by its own pixels.
+    void search_part(Search mode);
+    [[nodiscard]] std::vector<Candidate> template_candidates(LevelPlan plan, Search mode);
+    /// Each refined under weights of the pixels that it covers at its start, distinct, best first.
+    [[nodiscard]] std::vector<Candidate> judged(Level& level, std::span<const Candidate> candidates, int iterations);
+    /// Without those of which a view shows too little.
+    [[nodiscard]] std::vector<Candidate> seen(std::vector<Candidate> candidates) const;
+    [[nodiscard]] std::optional<Focus> focus_of(Search mode) const;
+    void weigh_part(Level& level, const RigidTransform& centre) const;
 
     /// Base weights of a part at one level: near `centre` only, gradients evened out.
     [[nodiscard]] std::vector<Image> part_weights(Level& level, const RigidTransform& centre, double margin_mm) const;

@@ -20,17 +20,14 @@ constexpr double kRival_px = 6;     // rivals are at least this far apart
 
 }  // namespace
 
-void Driver::search_and_finish(Content content, Search mode) {
-    result_.content = content;
-    const std::vector<LevelPlan> levels = plan(content);
+void Driver::search_whole(Search mode) {
+    result_.content = Content::whole;
+    const std::vector<LevelPlan> levels = plan(Content::whole);
     std::vector<Candidate> candidates;
     std::unique_ptr<Level> coarser;
     for (std::size_t i = 0; i < levels.size(); ++i) {
-        std::optional<Focus> focus;
-        if (content == Content::part && mode == Search::near) focus = {run_.start, range_mm() + kDomainMargin_mm};
-        auto level = std::make_unique<Level>(run_, levels[i], content, focus);
+        auto level = std::make_unique<Level>(run_, levels[i], Content::whole);
         if (run_.levels_made == 1 && mode == Search::near) level->check_overlap();
-        weigh_for_search(*level, content, mode);
         level->report().cost_initial = level->cost(run_.start);
         LevelProblem problem = level->problem(run_.start, false);
         problem.max_iterations = std::min(problem.max_iterations, kIterations);
@@ -45,7 +42,7 @@ void Driver::search_and_finish(Content content, Search mode) {
             candidates = ranked_robustly(*level, std::move(candidates), problem);
             result_.world_from_ct = candidates.front().world_from_ct;
             report_rivals(candidates, levels[i].pixel_at_object_mm);
-            settle(*level, content);
+            level->optimize(result_.world_from_ct, true, levels[i].pixel_at_object_mm);
             finish_as_it_needs(*level, coarser.get());
         }
         coarser.reset();  // reports come in order
@@ -67,14 +64,6 @@ std::vector<RigidTransform> Driver::starts_of(Search mode) const {
 
 double Driver::range_mm() const {
     return run_.options.search.range_mm > 0 ? run_.options.search.range_mm : kNearRange_mm;
-}
-
-void Driver::weigh_for_search(Level& level, Content content, Search mode) const {
-    if (content != Content::part) return;
-    level.session().set_weights(
-        mode == Search::near
-            ? part_weights(level, run_.start, range_mm())
-            : local_normalisation(level.session(), kNormalisation_mm / level.plan().pixel_at_object_mm));
 }
 
 std::vector<Candidate> Driver::first_candidates(Level& level, const LevelProblem& problem, Search mode) {
@@ -126,13 +115,6 @@ void Driver::report_rivals(const std::vector<Candidate>& candidates, double pixe
         result_.search.rivals.push_back({other.world_from_ct, other.cost, (moved * centre_mm - centre_mm).norm(),
                                          rotation_angle_rad(moved) * 180 / std::numbers::pi});
     }
-}
-
-void Driver::settle(Level& level, Content content) {
-    if (content == Content::part) {
-        level.session().set_weights(part_weights(level, result_.world_from_ct, kDomainMargin_mm));
-    }
-    level.optimize(result_.world_from_ct, true, level.plan().pixel_at_object_mm);
 }
 
 }  // namespace raylign

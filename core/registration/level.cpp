@@ -37,6 +37,18 @@ void RunContext::check_hooks() const {
     if (options.time_limit_s > 0 && elapsed_s() > options.time_limit_s) throw TimeIsUp{};
 }
 
+void RunContext::show_progress(int level, double work, double cost, int iteration) const {
+    if (!progress) return;
+    const double fraction = std::min(1.0, (done_work + work) / total_work);
+    const RegistrationProgress now{.level = level,
+                                   .levels = level_count,
+                                   .iteration = iteration,
+                                   .cost = cost,
+                                   .fraction = fraction,
+                                   .remaining_s = elapsed_s() * (1 - fraction) / std::max(fraction, 1e-3)};
+    if (!progress(now)) throw Error("stopped by the caller", ErrorKind::cancelled);
+}
+
 double level_work(const LevelPlan& plan) {
     // Halving images by 2 leaves a quarter of the rays; halving the volume, half of the samples on each.
     return std::exp2(-2.0 * plan.image_halvings.front() - plan.volume_halvings) * kTypicalIterations;
@@ -102,9 +114,11 @@ LevelProblem Level::problem(const RigidTransform& start, bool finest) {
 LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double initial_step_mm) {
     LevelProblem work = problem(start, finest);
     work.initial_step_mm = initial_step_mm;
-    const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) { return record(step, pose); };
+    const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) {
+        record(step, pose);
+        return true;
+    };
     const LevelOutcome found = run_method(run_.result.method, work, on_step);
-    if (found.termination == Termination::stopped) throw Error("stopped by the caller", ErrorKind::cancelled);
     run_.result.world_from_ct = found.world_from_ct;
     report_.cost_final = found.cost;
     report_.iterations += found.iterations;
@@ -112,20 +126,13 @@ LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double in
     return found;
 }
 
-bool Level::record(const OptimizerStep& step, const RigidTransform& pose) {
+void Level::record(const OptimizerStep& step, const RigidTransform& pose) {
     RegistrationResult& result = run_.result;
     result.history.push_back({index_, report_.iterations + step.iteration, step.cost, step.length, pose});
     result.world_from_ct = pose;
     result.cost_final = step.cost;
-    if (!run_.progress) return true;
-    const double share = std::min(1.0, static_cast<double>(step.iteration) / (kTypicalIterations + step.iteration));
-    const double fraction = std::min(1.0, (run_.done_work + share * level_work(plan_)) / run_.total_work);
-    return run_.progress({.level = index_,
-                          .levels = run_.level_count,
-                          .iteration = step.iteration,
-                          .cost = step.cost,
-                          .fraction = fraction,
-                          .remaining_s = run_.elapsed_s() * (1 - fraction) / std::max(fraction, 1e-3)});
+    const double share = static_cast<double>(step.iteration) / (kTypicalIterations + step.iteration);
+    run_.show_progress(index_, share * level_work(plan_), step.cost, step.iteration);
 }
 
 void Level::check_overlap() {

@@ -6,6 +6,7 @@
 
 #include "core/registration/level_methods.h"
 #include "core/registration/levels.h"
+#include "core/registration/overlap.h"
 #include "core/registration/registration.h"
 
 namespace raylign {
@@ -23,6 +24,7 @@ struct RunContext {
     Backend& backend;
     const ProgressCallback& progress;
     ObjectExtent extent;
+    ObjectSample sample;
     RigidTransform start;
     RegistrationResult result{};
     Clock::time_point begin = Clock::now();
@@ -33,6 +35,8 @@ struct RunContext {
     [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
     /// Before every batch. Throws Error(cancelled) or TimeIsUp.
     void check_hooks() const;
+    /// Tells the caller how far it is: `work` units beyond what is done. Throws Error(cancelled) where it says so.
+    void show_progress(int level, double work, double cost, int iteration = 0) const;
 };
 
 /// Share of a level in the time of a run, in arbitrary units.
@@ -54,7 +58,9 @@ public:
     Level& operator=(const Level&) = delete;
 
     [[nodiscard]] Session& session() { return *session_; }
+    [[nodiscard]] std::span<const View> views() const { return views_; }
     [[nodiscard]] const LevelPlan& plan() const { return plan_; }
+    [[nodiscard]] int index() const { return index_; }
     [[nodiscard]] LevelReport& report() { return report_; }
     [[nodiscard]] double cost(const RigidTransform& world_from_ct);
     [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest);
@@ -64,7 +70,7 @@ public:
     void check_overlap();
 
 private:
-    bool record(const OptimizerStep& step, const RigidTransform& pose);
+    void record(const OptimizerStep& step, const RigidTransform& pose);
 
     RunContext& run_;
     void make_views(const std::optional<Focus>& focus);

@@ -67,6 +67,7 @@ RegistrationResult register_volume(const Volume& volume, std::span<const View> v
                    backend,
                    progress,
                    extent_about(volume, options.rotation_centre_ct_mm),
+                   sample_object(volume),
                    start_world_from_ct};
     warn_of_parallel_views(views, run.result.decisions);
     bool timed_out = false;
@@ -78,6 +79,7 @@ RegistrationResult register_volume(const Volume& volume, std::span<const View> v
     RegistrationResult& result = run.result;
     result.total_s = run.elapsed_s();
     result.optimizer_s = std::max(0.0, result.total_s - engine_seconds(result.timing));
+    for (const View& view : views) result.overlap.push_back(seen_share(run.sample, view, result.world_from_ct));
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
     if (timed_out) {
         result.reasons.insert(result.reasons.begin(), "the time limit of " + std::to_string(options.time_limit_s) +

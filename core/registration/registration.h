@@ -42,10 +42,10 @@ enum class Search {
 
 struct SearchOptions {
     Search mode = Search::automatic;
-    double range_mm = 0;   ///< near: how far the object may be off; 0 = 20; in [0, 500]
-    double range_deg = 0;  ///< largest turn from the start; 0 = 60 near, 45 global; in [0, 180]
-    int starts = 0;        ///< poses tried; 0 = 6144 near, 8192 global; in [0, 1000000]
-    std::uint64_t seed = 1;
+    double range_mm = 0;     ///< near: how far the object may be off; 0 = 20; in [0, 500]
+    double range_deg = 0;    ///< largest turn from the start; 0 = 60 near, 45 global; in [0, 180]
+    int starts = 0;          ///< of a whole: poses tried; 0 = 6144 near, 8192 global; in [0, 1000000]
+    std::uint64_t seed = 1;  ///< of a whole; a part is sought exhaustively (template_search.h)
 };
 
 struct RegistrationOptions {
@@ -125,6 +125,7 @@ struct RegistrationResult {
     std::vector<std::string> decisions;        ///< what the driver chose and why, in order
     double cost_initial = 0, cost_final = 0;   ///< finest level, final weights: of the start and of the result
     std::vector<double> view_costs;            ///< of the result, per view, finest level
+    std::vector<double> overlap;               ///< share of the object that each view shows on usable pixels, [0, 1]
     std::vector<LevelReport> levels;           ///< coarsest first
     std::vector<IterationRecord> history;
     int iterations = 0;

@@ -22,18 +22,8 @@ RigidTransform moved(const RigidTransform& pose, const ObjectExtent& extent, con
     return RigidTransform::translate(shift_mm) * exp_about(turn, pose * extent.centre_ct_mm) * pose;
 }
 
-/// True where the view shows the point on a pixel that counts.
-bool is_seen(const View& view, const Eigen::Vector3d& point_world_mm) {
-    const Eigen::Vector3d in_camera = view.geometry.camera_from_world * point_world_mm;
-    if (!(in_camera.z() > 0)) return false;
-    const Eigen::Vector3d pixel = view.geometry.camera.intrinsics_px * in_camera / in_camera.z();
-    const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
-    const Eigen::Vector2i& size = view.geometry.camera.size_px;
-    if (x < 0 || y < 0 || x >= size.x() || y >= size.y()) return false;
-    return view.weights.empty() || view.weights(x, y) > 0;
-}
+}  // namespace
 
-/// Width of the widest view's field at the point's depth.
 double field_mm(std::span<const View> views, const Eigen::Vector3d& point_world_mm) {
     double widest_mm = 0;
     for (const View& view : views) {
@@ -44,8 +34,6 @@ double field_mm(std::span<const View> views, const Eigen::Vector3d& point_world_
     }
     return widest_mm;
 }
-
-}  // namespace
 
 std::vector<RigidTransform> poses_near(const RigidTransform& centre, const ObjectExtent& extent, double range_mm,
                                        double range_rad, int count, std::uint64_t seed) {

@@ -5,6 +5,7 @@
 
 #include "core/image/view.h"
 #include "core/registration/level_methods.h"
+#include "core/registration/overlap.h"
 #include "core/registration/registration.h"
 
 namespace raylign {
@@ -21,6 +22,9 @@ namespace raylign {
 [[nodiscard]] std::vector<RigidTransform> poses_in_view(const RigidTransform& nominal, const ObjectExtent& extent,
                                                         std::span<const View> views, double range_rad, int count,
                                                         std::uint64_t seed);
+
+/// Width of the widest view's field at the point's depth.
+[[nodiscard]] double field_mm(std::span<const View> views, const Eigen::Vector3d& point_world_mm);
 
 /// A place that searches ended at.
 struct Candidate {

@@ -8,13 +8,15 @@
 namespace raylign {
 namespace {
 
-constexpr double kWeakCost_whole = 0.5;  // a mean correlation below one half: the DRR explains too little
-constexpr double kWeakCost_part = 0.8;   // other tissue is expected, but this is what unrelated edges reach
-constexpr double kTestedShift_mm = 60;   // how far starts without a search have been tested
-constexpr double kTestedTurn_rad = 0.8;  // 45 degrees
-constexpr double kRivalMargin = 0.015;   // of cost: the gap that noise can close
-constexpr int kFewestAgreeing = 2;       // a minimum that one start found is as likely a chance one
-constexpr double kLargestRim_mm = 1.5;   // an expected error above this is not a registration
+constexpr double kWeakCost_whole = 0.5;      // a mean correlation below one half: the DRR explains too little
+constexpr double kWeakCost_part = 0.8;       // other tissue is expected, but this is what unrelated edges reach
+constexpr double kTestedShift_mm = 60;       // how far starts without a search have been tested
+constexpr double kTestedTurn_rad = 0.8;      // 45 degrees
+constexpr double kRivalMargin = 0.015;       // of cost: the gap that noise can close
+constexpr int kFewestAgreeing = 2;           // a minimum that one start found is as likely a chance one
+constexpr double kLeastOverlap_part = 0.5;   // what a search asks for, too
+constexpr double kLeastOverlap_whole = 0.1;  // a CT may be much larger than the X-ray's field
+constexpr double kLargestRim_mm = 1.5;       // an expected error above this is not a registration
 
 std::string fixed(double value, int digits) {
     std::array<char, 64> text{};
@@ -39,6 +41,16 @@ void doubt_weak_views(const RegistrationResult& result, std::span<const View> vi
         if (result.view_costs[v] < limit) continue;
         reasons.push_back("view " + views[v].name + " correlates weakly with its DRR (cost " +
                           fixed(result.view_costs[v], 2) + ", unrelated images have about 1)");
+    }
+}
+
+void doubt_little_overlap(const RegistrationResult& result, std::span<const View> views,
+                          std::vector<std::string>& reasons) {
+    const double least = result.content == Content::part ? kLeastOverlap_part : kLeastOverlap_whole;
+    for (std::size_t v = 0; v < result.overlap.size(); ++v) {
+        if (result.overlap[v] >= least) continue;
+        reasons.push_back("view " + views[v].name + " shows only " + fixed(100 * result.overlap[v], 0) +
+                          " % of the object on usable pixels");
     }
 }
 
@@ -73,6 +85,7 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     std::vector<std::string> reasons;
     doubt_the_end(result, reasons);
     doubt_weak_views(result, views, reasons);
+    doubt_little_overlap(result, views, reasons);
     doubt_far_ends(result, start, extent, reasons);
     doubt_rivals(result, reasons);
     if (result.confidence.rim_mm > kLargestRim_mm) {
