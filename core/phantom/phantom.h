@@ -79,4 +79,8 @@ struct Phantom {
 /// Attenuations as at about 70 keV: soft tissue 0.0193 / mm, cancellous bone 0.008 and cortical bone 0.02 above it.
 [[nodiscard]] Phantom spine_phantom(const Eigen::Vector3d& extent_mm);
 
+/// One vertebra of that spine, exactly what it adds to the soft tissue; 0 is the lowest. Throws Error for a level that
+/// the extent has no room for.
+[[nodiscard]] Phantom spine_vertebra(const Eigen::Vector3d& extent_mm, int level);
+
 }  // namespace raylign

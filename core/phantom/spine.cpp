@@ -213,4 +213,14 @@ Phantom spine_phantom(const Eigen::Vector3d& extent_mm) {
     return phantom;
 }
 
+Phantom spine_vertebra(const Eigen::Vector3d& extent_mm, int level) {
+    const Spine spine = layout(extent_mm);
+    if (level < 0 || level >= spine.count) {
+        throw bad_value("vertebra", std::to_string(level), "in [0, " + std::to_string(spine.count - 1) + "]");
+    }
+    Phantom phantom{"vertebra", {}};
+    add_vertebra(spine, level, phantom.solids);
+    return phantom;
+}
+
 }  // namespace raylign

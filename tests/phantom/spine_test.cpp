@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.h"
 #include "core/phantom/phantom.h"
 
 namespace raylign {
@@ -93,6 +94,25 @@ TEST(Spine, HasAboutFiveVertebraeIn200Millimetres) {
     EXPECT_EQ(solids(100, 100, 100), solids(200, 200, 200));
     EXPECT_EQ(solids(400, 300, 200), solids(200, 200, 200));
     EXPECT_GT(solids(100, 100, 1), 0U);
+}
+
+TEST(SpineVertebra, IsWhatItAddsToTheSpine) {
+    const Eigen::Vector3d extent = Eigen::Vector3d::Constant(200);
+    const Phantom spine = spine_phantom(extent);
+    std::size_t solids = 0;
+    double lower_mm = -1e9;
+    for (int level = 0; level < 5; ++level) {
+        const Phantom vertebra = spine_vertebra(extent, level);
+        solids += vertebra.solids.size();
+        EXPECT_GT(exact_mass_mm2(vertebra), 300);  // some 35 ml of bone, 0.01 / mm above soft tissue
+        const double height_mm = std::visit([](const auto& solid) { return solid.ct_from_solid.translation_mm.z(); },
+                                            vertebra.solids.front());
+        EXPECT_GT(height_mm, lower_mm + 30);
+        lower_mm = height_mm;
+    }
+    EXPECT_LT(solids, spine.solids.size());
+    EXPECT_THROW((void)spine_vertebra(extent, 5), Error);
+    EXPECT_THROW((void)spine_vertebra(extent, -1), Error);
 }
 
 }  // namespace
