@@ -49,6 +49,17 @@ void apply_mask(Image& weights, const Image& mask, std::size_t view) {
     }
 }
 
+/// Source and volume at most so far apart: doubles still tell a millionth of a voxel there. From 2^53 steps on, engines
+/// could no longer count samples.
+constexpr double kFarthestSource_voxels = 1e9;
+
+void check_source(const RayFrame& frame) {
+    const double farthest = frame.source_voxel.cwiseAbs().maxCoeff();
+    if (frame.source_voxel.allFinite() && farthest <= kFarthestSource_voxels) return;
+    throw bad_value("distance between source and volume", text(frame.source_voxel) + " voxels", "below 1e9 voxels",
+                    "pose " + std::to_string(frame.pose) + ", view " + std::to_string(frame.view));
+}
+
 constexpr std::size_t kChunk = 4096;
 
 /// Infinite and NaN have all bits of the exponent set. No branch and no floating point, so that compilers make vectors
@@ -97,22 +108,30 @@ void check_volume(const Volume& volume, std::string_view where) {
     }
 }
 
-void check_scene(const Scene& scene) {
-    check_volume(scene.volume, "the volume");
-    if (scene.views.empty()) throw Error("views: at least one is needed");
-    for (const View& view : scene.views) {
+void check_views(std::span<const View> views) {
+    if (views.empty()) throw Error("views: at least one is needed");
+    for (const View& view : views) {
         check_camera(view.geometry.camera, "view " + view.name);
         if (view.cost_weight > 0 && std::isfinite(view.cost_weight)) continue;
         throw bad_value("cost weight", std::to_string(view.cost_weight), "positive and finite", "view " + view.name);
     }
-    if (!(scene.render.step_mm >= 0 && scene.render.step_mm <= 100)) {
-        throw bad_value("step_mm", std::to_string(scene.render.step_mm), "in (0, 100], or 0 for half a voxel");
+}
+
+void check_render(const RenderSettings& render, const VoxelGrid& grid) {
+    if (!(render.step_mm >= 0 && render.step_mm <= 100)) {
+        throw bad_value("step_mm", std::to_string(render.step_mm), "in (0, 100], or 0 for half a voxel");
     }
-    const double finest_mm = scene.volume.grid.spacing_mm.minCoeff() / 100;
-    if (scene.render.step_mm > 0 && scene.render.step_mm < finest_mm) {
-        throw bad_value("step_mm", std::to_string(scene.render.step_mm),
+    const double finest_mm = grid.spacing_mm.minCoeff() / 100;
+    if (render.step_mm > 0 && render.step_mm < finest_mm) {
+        throw bad_value("step_mm", std::to_string(render.step_mm),
                         "at least a hundredth of a voxel, " + std::to_string(finest_mm) + " (finer gains nothing)");
     }
+}
+
+void check_scene(const Scene& scene) {
+    check_volume(scene.volume, "the volume");
+    check_views(scene.views);
+    check_render(scene.render, scene.volume.grid);
 }
 
 Session::Session(const Scene& scene)
@@ -120,18 +139,28 @@ Session::Session(const Scene& scene)
       similarity_(scene.similarity),
       channel_count_(raylign::channel_count(scene.similarity.metric)) {
     check_scene(scene);
+    take_views(scene.views);
+}
+
+Session::Session(const Session& resident, std::span<const View> views, const Similarity& similarity)
+    : grid_(resident.grid_), similarity_(similarity), channel_count_(raylign::channel_count(similarity.metric)) {
+    check_views(views);
+    take_views(views);
+}
+
+void Session::take_views(std::span<const View> views) {
     double weight_sum = 0;
-    for (const View& view : scene.views) weight_sum += view.cost_weight;
-    for (const View& view : scene.views) {
+    for (const View& view : views) weight_sum += view.cost_weight;
+    for (const View& view : views) {
         views_.push_back(view.geometry);
         view_shares_.push_back(view.cost_weight / weight_sum);
     }
-    for (const View& view : scene.views) {
+    for (const View& view : views) {
         if (view.image.empty()) {  // drr and study simulate images: no costs without all of them
             fixed_.clear();
             break;
         }
-        fixed_.push_back(make_fixed_channels(view, scene.similarity));
+        fixed_.push_back(make_fixed_channels(view, similarity_));
         mask_weights_.push_back(fixed_.back().weights);
     }
 }
@@ -162,7 +191,9 @@ std::vector<RayFrame> Session::frames_for(std::span<const RigidTransform> world_
         // Engines turn NaN coordinates into plausible numbers (comparisons fail, clamps hold): stop them here.
         if (!is_finite(world_from_ct[i])) throw Error("pose " + std::to_string(i) + ": must be finite");
     }
-    return make_ray_frames(grid_, views_, world_from_ct);
+    std::vector<RayFrame> frames = make_ray_frames(grid_, views_, world_from_ct);
+    for (const RayFrame& frame : frames) check_source(frame);
+    return frames;
 }
 
 std::vector<MomentSums> Session::moment_sums(std::span<const RigidTransform> world_from_ct) {
@@ -196,6 +227,7 @@ void Session::linearize(std::span<const RigidTransform> world_from_ct, const Eig
                         std::to_string(world_from_ct.size()) + ", the number of poses");
     }
     if (fixed_.empty()) throw Error("linearize: every view needs an image");
+    if (!centre_ct_mm.allFinite()) throw bad_value("rotation centre", text(centre_ct_mm) + " mm", "finite");
     const std::vector<RayFrame> frames = frames_for(world_from_ct);
     std::vector<RayFrameDerivatives> derivatives;
     derivatives.reserve(frames.size());

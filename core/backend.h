@@ -85,6 +85,12 @@ public:
     /// The DRR of one view: for people and tests.
     [[nodiscard]] Image render(const RigidTransform& world_from_ct, std::size_t view);
 
+    /// A Session of other views on the same resident volume, with the render settings of this one: the volume is not
+    /// read, copied or uploaded again. Same bits as a fresh Backend::prepare. Sessions that share a volume may end in
+    /// any order but belong to one thread. Throws Error as prepare does for views that it refuses.
+    [[nodiscard]] virtual std::unique_ptr<Session> with_views(std::span<const View> views,
+                                                              const Similarity& similarity) = 0;
+
     [[nodiscard]] std::size_t view_count() const { return views_.size(); }
     [[nodiscard]] int channel_count() const { return channel_count_; }
     [[nodiscard]] const SessionTiming& timing() const { return timing_; }
@@ -97,6 +103,8 @@ public:
 protected:
     /// Checks the scene (see check_scene) and keeps its geometry.
     explicit Session(const Scene& scene);
+    /// Other views of the volume that `resident` holds: checks these only.
+    Session(const Session& resident, std::span<const View> views, const Similarity& similarity);
 
     /// Sums for every frame: sums[frame * channel_count() + channel]. Frames are pose-major.
     virtual void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) = 0;
@@ -115,6 +123,7 @@ protected:
     SessionCounters counters_;
 
 private:
+    void take_views(std::span<const View> views);
     [[nodiscard]] std::vector<RayFrame> frames_for(std::span<const RigidTransform> world_from_ct) const;
 
     VoxelGrid grid_;
@@ -150,6 +159,10 @@ public:
 /// views, bad cameras, a bad step. Views may lack images (drr): then only render works. Constant images and masks are
 /// checked where the channels are made (make_fixed_channels).
 void check_scene(const Scene& scene);
+
+/// The parts of check_scene that look at the views and at the step.
+void check_views(std::span<const View> views);
+void check_render(const RenderSettings& render, const VoxelGrid& grid);
 
 /// Throws Error for sizes, spacing, direction or voxels that no engine can work with. `where` names the file.
 void check_volume(const Volume& volume, std::string_view where);

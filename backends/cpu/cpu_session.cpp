@@ -47,14 +47,40 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, const Sto
       step_mm_(trilinear_step_mm(scene.render, scene.volume.grid)),
       channels_(channel_count()) {
     const auto start = Clock::now();
-    if (scene.similarity.metric == Metric::gc) {
-        const GradientTaps taps = gradient_taps(scene.similarity.filter);
+    make_plans(scene.views, scene.similarity);
+    layouts_ = std::make_shared<VolumeLayouts>(
+        make_layouts(scene.volume, storage, all_axes() ? first_axis(scene) : 2, workers_));
+    timing_.prepare_s += seconds_since(start);
+}
+
+CpuSession::CpuSession(const CpuSession& resident, std::span<const View> views, const Similarity& similarity)
+    : Session(resident, views, similarity),
+      kernels_(resident.kernels_),
+      workers_(resident.workers_.threads()),
+      grid_(resident.grid_),
+      render_(resident.render_),
+      step_mm_(resident.step_mm_),
+      channels_(channel_count()),
+      layouts_(resident.layouts_) {
+    const auto start = Clock::now();
+    make_plans(views, similarity);
+    timing_.prepare_s += seconds_since(start);
+}
+
+std::unique_ptr<Session> CpuSession::with_views(std::span<const View> views, const Similarity& similarity) {
+    return std::make_unique<CpuSession>(*this, views, similarity);
+}
+
+/// All that depends on the views: their plans, and what threads work in.
+void CpuSession::make_plans(std::span<const View> views, const Similarity& similarity) {
+    if (similarity.metric == Metric::gc) {
+        const GradientTaps taps = gradient_taps(similarity.filter);
         radius_ = taps.radius_px;
         smooth_.assign(taps.smooth.begin() + radius_, taps.smooth.end());
         derivative_.assign(taps.derivative.begin() + radius_, taps.derivative.end());
     }
-    for (std::size_t i = 0; i < scene.views.size(); ++i) {
-        views_.push_back(make_view_plan(scene.views[i].geometry.camera.size_px));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        views_.push_back(make_view_plan(views[i].geometry.camera.size_px));
         if (!fixed().empty()) {
             plan_channels(views_.back(), fixed()[i]);
             plan_weights(views_.back(), fixed()[i], radius_);
@@ -68,8 +94,6 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, const Sto
         slot.cast_scratch = PageBuffer(kernels_.scratch_bytes, "a thread's rays");
         if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(widest_, radius_), 0.F);
     }
-    layouts_ = make_layouts(scene.volume, storage, all_axes() ? first_axis(scene) : 2, workers_);
-    timing_.prepare_s += seconds_since(start);
 }
 
 void CpuSession::weights_changed() {
@@ -81,11 +105,11 @@ bool CpuSession::all_axes() const { return render_.projector == Projector::josep
 /// Most poses need one or two of the three axes, so layouts are made when a ray first asks for them.
 void CpuSession::make_layouts_for(const RayFrame& frame) {
     if (!all_axes() || axes_made_ == 7) return;
-    const unsigned axes = axes_met(frame, views_[frame.view].size_px) & ~axes_made_;
+    const unsigned axes = axes_met(frame, views_[frame.view].size_px, axes_made_);
     if (axes == 0) return;
     const auto start = Clock::now();
     for (int axis = 0; axis < 3; ++axis) {
-        if (axes >> axis & 1) layouts_.make(axis, workers_);
+        if (axes >> axis & 1) layouts_->make(axis, workers_);
     }
     axes_made_ |= axes;
     timing_.prepare_s += seconds_since(start);
@@ -96,7 +120,7 @@ void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* deriva
     const auto start = Clock::now();
     const ViewPlan& view = views_[frame.view];
     CastJob job = cast_job(frame, view.size_px, grid_);
-    for (int axis = 0; axis < 3; ++axis) job.layouts[axis] = layouts_.view(axis);
+    for (int axis = 0; axis < 3; ++axis) job.layouts[axis] = layouts_->view(axis);
     job.step_mm = step_mm_;
     job.x0 = tile % view.tiles_x() * kTilePx;
     job.y0 = tile / view.tiles_x() * kTilePx;
@@ -111,9 +135,9 @@ void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* deriva
     job.image_distance = static_cast<std::ptrdiff_t>(image_floats_);
     const bool joseph = render_.projector == Projector::joseph;
     if (derivatives) {
-        (joseph ? kernels_.cast_joseph_derivatives : kernels_.cast_trilinear_derivatives)[layouts_.storage()](job);
+        (joseph ? kernels_.cast_joseph_derivatives : kernels_.cast_trilinear_derivatives)[layouts_->storage()](job);
     } else {
-        (joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[layouts_.storage()](job);
+        (joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[layouts_->storage()](job);
     }
     slot.cast_s += seconds_since(start);
 }

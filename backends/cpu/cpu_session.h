@@ -16,9 +16,13 @@ namespace raylign::cpu {
 class CpuSession final : public Session {
 public:
     CpuSession(const Scene& scene, const KernelTable& kernels, const StorageRule& storage, int threads);
+    /// Other views of the volume of `resident`.
+    CpuSession(const CpuSession& resident, std::span<const View> views, const Similarity& similarity);
 
-    [[nodiscard]] std::size_t volume_bytes() const override { return layouts_.bytes(); }
-    [[nodiscard]] std::string volume_layout() const override { return layouts_.description(); }
+    [[nodiscard]] std::size_t volume_bytes() const override { return layouts_->bytes(); }
+    [[nodiscard]] std::string volume_layout() const override { return layouts_->description(); }
+    [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
+                                                      const Similarity& similarity) override;
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;
@@ -46,6 +50,7 @@ private:
         }
     };
 
+    void make_plans(std::span<const View> views, const Similarity& similarity);
     /// True where rays read the layout of their own dominant axis, not always that of axis 2.
     [[nodiscard]] bool all_axes() const;
     void make_layouts_for(const RayFrame& frame);
@@ -70,8 +75,8 @@ private:
     int channels_, radius_ = 0;
     std::vector<float> smooth_, derivative_;
     std::vector<ViewPlan> views_;
-    VolumeLayouts layouts_;
-    unsigned axes_made_ = 0;  ///< bit i: make_layouts_for has seen to axis i
+    std::shared_ptr<VolumeLayouts> layouts_;  ///< of all sessions on this volume
+    unsigned axes_made_ = 0;                  ///< bit i: make_layouts_for has seen to axis i
     std::vector<Slot> slots_;
     std::vector<float> images_;       ///< of the frames in work, where several threads share one
     std::vector<BandSums> partials_;  ///< [frame][band][channel]

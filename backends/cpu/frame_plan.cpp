@@ -30,7 +30,7 @@ Eigen::AlignedBox2i weighted_box(const Image& weights, int x, int y) {
 
 }  // namespace
 
-unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px) {
+unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px, unsigned known) {
     // Directions are affine in the pixel: their bounds over the image are those of its corners.
     Eigen::Array3d low = frame.ray_voxel(0, 0), high = low;
     for (const int u : {0, size_px.x() - 1}) {
@@ -46,12 +46,13 @@ unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px) {
     for (int axis = 0; axis < 3; ++axis) {
         if (!(shortest.maxCoeff() > longest[axis] * (1 + 4 * kAxisBias))) possible |= 1U << axis;
     }
-    if (std::has_single_bit(possible)) return possible;
+    const unsigned wanted = possible & ~known;
+    if (wanted == 0 || std::has_single_bit(possible)) return wanted;
     unsigned met = 0;
-    for (int v = 0; v < size_px.y() && met != possible; ++v) {
+    for (int v = 0; v < size_px.y() && (met & wanted) != wanted; ++v) {
         for (int u = 0; u < size_px.x(); ++u) met |= 1U << dominant_axis(frame.ray_voxel(u, v));
     }
-    return met;
+    return met & wanted;
 }
 
 FrameDerivatives frame_derivatives(const RayFrameDerivatives& derivatives) {

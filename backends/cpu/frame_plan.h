@@ -8,8 +8,8 @@
 
 namespace raylign::cpu {
 
-/// The dominant axes that the rays of a frame have: bit i for axis i.
-[[nodiscard]] unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px);
+/// The dominant axes that the rays of a frame have: bit i for axis i. Those in `known` are not looked for.
+[[nodiscard]] unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px, unsigned known);
 
 /// Everything of a CastJob that one frame decides: geometry and image size.
 [[nodiscard]] CastJob cast_job(const RayFrame& frame, const Eigen::Vector2i& size_px, const VoxelGrid& grid);

@@ -29,6 +29,20 @@ GlSession::GlSession(std::shared_ptr<Context> context, const Scene& scene, const
     timing_.prepare_s += seconds_since(start);
 }
 
+GlSession::GlSession(const GlSession& resident, std::span<const View> views, const Similarity& similarity)
+    : Session(resident, views, similarity), context_(resident.context_) {
+    const auto start = Clock::now();
+    for (const View& view : views) sizes_px_.push_back(view.geometry.camera.size_px);
+    fixed_sums_ = fixed_sums(fixed());
+    const Current current(*context_);
+    pipeline_ = std::make_unique<Pipeline>(*resident.pipeline_, views, similarity, fixed());
+    timing_.prepare_s += seconds_since(start);
+}
+
+std::unique_ptr<Session> GlSession::with_views(std::span<const View> views, const Similarity& similarity) {
+    return std::make_unique<GlSession>(*this, views, similarity);
+}
+
 GlSession::~GlSession() {
     try {
         const Current current(*context_);

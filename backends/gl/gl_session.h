@@ -13,10 +13,14 @@ namespace raylign::gl {
 class GlSession final : public Session {
 public:
     GlSession(std::shared_ptr<Context> context, const Scene& scene, const PipelineOptions& options);
+    /// Other views of the volume of `resident`.
+    GlSession(const GlSession& resident, std::span<const View> views, const Similarity& similarity);
     ~GlSession() override;
 
     [[nodiscard]] std::size_t volume_bytes() const override;
     [[nodiscard]] std::string volume_layout() const override;
+    [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
+                                                      const Similarity& similarity) override;
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;

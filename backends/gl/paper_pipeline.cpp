@@ -53,15 +53,20 @@ PaperPipeline::PaperPipeline(Context& context, const Scene& scene, const std::ve
       step_mm_(trilinear_step_mm(scene.render, scene.volume.grid)),
       channels_(channel_count(scene.similarity.metric)),
       grid_(scene.volume.grid),
-      volume_(context, scene.volume, box_of(scene, options.crop), options.storage, first_layout(scene, options.exact)),
+      volume_(std::make_shared<VolumeTextures>(context, scene.volume, box_of(scene, options.crop), options.storage,
+                                               first_layout(scene, options.exact))),
       clock_(context),
-      scene_(make_scene_buffers(context, scene, volume_)),
+      scene_(make_scene_buffers(context, {grid_, scene.views, scene.render, scene.similarity}, *volume_)),
       fixed_(fixed) {
+    take_views(scene.views);
+}
+
+void PaperPipeline::take_views(std::span<const raylign::View> views) {
     GLuint vertices = 0;
     context_.gl().CreateVertexArrays(1, &vertices);
     vertices_ = VertexArray(context_.gl(), vertices, "no vertices");
     draw_ = make_storage(context_, "frame and view", sizeof(DrawData));
-    for (const raylign::View& view : scene.views) make_view(view);
+    for (const raylign::View& view : views) make_view(view);
     if (!fixed_.empty()) upload_fixed();
     context_.check("preparing the scene");
 }
@@ -82,26 +87,26 @@ void PaperPipeline::upload_fixed() {
 void PaperPipeline::begin(std::span<const RayFrame> frames) {
     for (const RayFrame& frame : frames) {
         if (render_.projector == Projector::trilinear) {
-            volume_.need(options_.exact ? Layout::layers_z : Layout::box);
+            volume_->need(options_.exact ? Layout::layers_z : Layout::box);
             continue;
         }
         const unsigned axes = axes_met(frame, views_[frame.view].size_px);
         for (int axis = 0; axis < 3; ++axis) {
-            if (axes >> axis & 1) volume_.need(static_cast<Layout>(axis));
+            if (axes >> axis & 1) volume_->need(static_cast<Layout>(axis));
         }
     }
     const Gl& gl = context_.gl();
     bind(gl, scene_);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, kDrawBinding, draw_.id());
     gl.BindVertexArray(vertices_.id());
-    volume_.bind();
+    volume_->bind();
 }
 
 /// What the slices of one frame are drawn with.
 void PaperPipeline::upload(const RayFrame& frame) {
     const Eigen::Vector2i& size_px = views_[frame.view].size_px;
     DrawData data;
-    data.frame = frame_data(frame, {size_px, volume_.box().first, volume_.box().size});
+    data.frame = frame_data(frame, {size_px, volume_->box().first, volume_->box().size});
     data.view.size_px = {static_cast<GLuint>(size_px.x()), static_cast<GLuint>(size_px.y())};
     data.view.centre_px = {0.5F * (size_px.x() - 1), 0.5F * (size_px.y() - 1)};
     context_.gl().NamedBufferSubData(draw_.id(), 0, sizeof(data), &data);
@@ -125,11 +130,11 @@ void PaperPipeline::cast(const RayFrame& frame) {
     gl.BlendEquation(GL_FUNC_ADD);
     gl.BlendFunc(GL_ONE, GL_ONE);
     if (render_.projector == Projector::trilinear) {
-        cast_slices(view, 0, shells(frame, grid_, volume_.box(), step_mm_));
+        cast_slices(view, 0, shells(frame, grid_, volume_->box(), step_mm_));
     } else {
         const unsigned axes = axes_met(frame, view.size_px);
         for (int axis = 0; axis < 3; ++axis) {
-            if (axes >> axis & 1) cast_slices(view, axis, {0, volume_.box().size[axis]});
+            if (axes >> axis & 1) cast_slices(view, axis, {0, volume_->box().size[axis]});
         }
     }
     gl.Disable(GL_BLEND);

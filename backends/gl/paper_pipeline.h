@@ -42,6 +42,9 @@ public:
 
     PaperPipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
                   const PaperOptions& options);
+    /// Other views of the volume of `resident`, whose textures both then own.
+    PaperPipeline(const PaperPipeline& resident, std::span<const raylign::View> views, const Similarity& similarity,
+                  const std::vector<FixedChannels>& fixed);
 
     /// Sums of all frames, [frame][channel], of which those of the fixed image alone are left 0. Valid until the next
     /// call.
@@ -49,8 +52,8 @@ public:
     [[nodiscard]] Image render(const RayFrame& frame);
     void upload_fixed();
 
-    [[nodiscard]] std::size_t volume_bytes() const { return volume_.bytes(); }
-    [[nodiscard]] std::string volume_text() const { return volume_.text(); }
+    [[nodiscard]] std::size_t volume_bytes() const { return volume_->bytes(); }
+    [[nodiscard]] std::string volume_text() const { return volume_->text(); }
     [[nodiscard]] StageSeconds collect_times() { return clock_.collect(); }
     /// Read back so far.
     [[nodiscard]] std::size_t bytes_to_host() const { return bytes_to_host_; }
@@ -73,6 +76,7 @@ private:
         int levels = 1;
     };
 
+    void take_views(std::span<const raylign::View> views);
     [[nodiscard]] Target make_mipmap(const Eigen::Vector2i& size_px);
     void make_view(const raylign::View& view);
     [[nodiscard]] Target make_target(std::string_view label, const Eigen::Vector2i& size_px, const Formats& formats);
@@ -94,7 +98,7 @@ private:
     double step_mm_;
     int channels_;
     VoxelGrid grid_;
-    VolumeTextures volume_;
+    std::shared_ptr<VolumeTextures> volume_;  ///< of all pipelines on this volume
     StageClock clock_;
     VertexArray vertices_;
     SceneBuffers scene_;

@@ -22,6 +22,19 @@ PaperSession::PaperSession(std::shared_ptr<Context> context, const Scene& scene,
     timing_.prepare_s += seconds_since(start);
 }
 
+PaperSession::PaperSession(const PaperSession& resident, std::span<const View> views, const Similarity& similarity)
+    : Session(resident, views, similarity), context_(resident.context_) {
+    const auto start = Clock::now();
+    fixed_sums_ = fixed_sums(fixed());
+    const Current current(*context_);
+    pipeline_ = std::make_unique<PaperPipeline>(*resident.pipeline_, views, similarity, fixed());
+    timing_.prepare_s += seconds_since(start);
+}
+
+std::unique_ptr<Session> PaperSession::with_views(std::span<const View> views, const Similarity& similarity) {
+    return std::make_unique<PaperSession>(*this, views, similarity);
+}
+
 PaperSession::~PaperSession() {
     try {
         const Current current(*context_);

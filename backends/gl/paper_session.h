@@ -13,10 +13,14 @@ namespace raylign::gl {
 class PaperSession final : public Session {
 public:
     PaperSession(std::shared_ptr<Context> context, const Scene& scene, const PaperOptions& options);
+    /// Other views of the volume of `resident`.
+    PaperSession(const PaperSession& resident, std::span<const View> views, const Similarity& similarity);
     ~PaperSession() override;
 
     [[nodiscard]] std::size_t volume_bytes() const override;
     [[nodiscard]] std::string volume_layout() const override;
+    [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
+                                                      const Similarity& similarity) override;
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;

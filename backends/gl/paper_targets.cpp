@@ -5,6 +5,21 @@
 
 namespace raylign::gl {
 
+PaperPipeline::PaperPipeline(const PaperPipeline& resident, std::span<const raylign::View> views,
+                             const Similarity& similarity, const std::vector<FixedChannels>& fixed)
+    : context_(resident.context_),
+      options_(resident.options_),
+      render_(resident.render_),
+      step_mm_(resident.step_mm_),
+      channels_(channel_count(similarity.metric)),
+      grid_(resident.grid_),
+      volume_(resident.volume_),
+      clock_(resident.context_),
+      scene_(make_scene_buffers(resident.context_, {grid_, views, render_, similarity}, *volume_)),
+      fixed_(fixed) {
+    take_views(views);
+}
+
 PaperPipeline::Target PaperPipeline::make_target(std::string_view label, const Eigen::Vector2i& size_px,
                                                  const Formats& formats) {
     const Gl& gl = context_.gl();

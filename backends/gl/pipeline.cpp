@@ -18,10 +18,29 @@ Pipeline::Pipeline(Context& context, const Scene& scene, const std::vector<Fixed
     : context_(context),
       options_(options),
       render_(scene.render),
+      grid_(scene.volume.grid),
       channels_(channel_count(scene.similarity.metric)),
-      volume_(context, scene.volume, box_of(scene, options.crop), options.storage, first_layout(scene, options.exact)),
+      volume_(std::make_shared<VolumeTextures>(context, scene.volume, box_of(scene, options.crop), options.storage,
+                                               first_layout(scene, options.exact))),
       clock_(context) {
-    for (const raylign::View& view : scene.views) {
+    take_views(scene.views, scene.similarity, fixed);
+}
+
+Pipeline::Pipeline(const Pipeline& resident, std::span<const raylign::View> views, const Similarity& similarity,
+                   const std::vector<FixedChannels>& fixed)
+    : context_(resident.context_),
+      options_(resident.options_),
+      render_(resident.render_),
+      grid_(resident.grid_),
+      channels_(channel_count(similarity.metric)),
+      volume_(resident.volume_),
+      clock_(resident.context_) {
+    take_views(views, similarity, fixed);
+}
+
+void Pipeline::take_views(std::span<const raylign::View> views, const Similarity& similarity,
+                          const std::vector<FixedChannels>& fixed) {
+    for (const raylign::View& view : views) {
         const Eigen::Vector2i size_px = view.geometry.camera.size_px;
         views_.push_back({size_px, pixels_});
         const std::size_t pixels = static_cast<std::size_t>(size_px.x()) * size_px.y();
@@ -29,7 +48,7 @@ Pipeline::Pipeline(Context& context, const Scene& scene, const std::vector<Fixed
         image_floats_ = std::max(image_floats_, pixels);
         strips_ = std::max<std::size_t>(strips_, size_px.x() * work_groups(size_px.y(), kStripPx));
     }
-    scene_ = make_scene_buffers(context_, scene, volume_);
+    scene_ = make_scene_buffers(context_, {grid_, views, render_, similarity}, *volume_);
     if (!fixed.empty()) upload_fixed(fixed);
     context_.check("preparing the scene");
 }
@@ -50,7 +69,7 @@ void Pipeline::upload_fixed(const std::vector<FixedChannels>& fixed) {
 }
 
 FrameContext Pipeline::frame_context(const RayFrame& frame) const {
-    return {views_[frame.view].size_px, volume_.box().first, volume_.box().size};
+    return {views_[frame.view].size_px, volume_->box().first, volume_->box().size};
 }
 
 void Pipeline::upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives) {
@@ -77,15 +96,15 @@ void Pipeline::upload_frames(std::span<const RayFrame> frames, std::span<const R
 
 void Pipeline::need_layouts(const Job& job) {
     if (render_.projector == Projector::trilinear) {
-        if (!options_.exact) volume_.need(Layout::box);
-        if (options_.exact || job.derivatives) volume_.need(Layout::layers_z);
+        if (!options_.exact) volume_->need(Layout::box);
+        if (options_.exact || job.derivatives) volume_->need(Layout::layers_z);
         return;
     }
     for (const RayFrame& frame : job.frames) {
-        if (volume_.has(Layout::layers_x) && volume_.has(Layout::layers_y) && volume_.has(Layout::layers_z)) return;
+        if (volume_->has(Layout::layers_x) && volume_->has(Layout::layers_y) && volume_->has(Layout::layers_z)) return;
         const unsigned axes = axes_met(frame, views_[frame.view].size_px);
         for (int axis = 0; axis < 3; ++axis) {
-            if (axes >> axis & 1) volume_.need(static_cast<Layout>(axis));
+            if (axes >> axis & 1) volume_->need(static_cast<Layout>(axis));
         }
     }
 }
@@ -133,7 +152,7 @@ void Pipeline::bind(const Job& job) const {
     storage(kFixedBinding, fixed_);
     storage(kPartialBinding, partials_);
     storage(kSumBinding, sums_);
-    volume_.bind();
+    volume_->bind();
 }
 
 }  // namespace raylign::gl

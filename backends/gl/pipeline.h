@@ -38,6 +38,9 @@ class Pipeline {
 public:
     Pipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
              const PipelineOptions& options);
+    /// Other views of the volume of `resident`, whose textures both then own.
+    Pipeline(const Pipeline& resident, std::span<const raylign::View> views, const Similarity& similarity,
+             const std::vector<FixedChannels>& fixed);
 
     /// Sums of all frames, [frame][channel][sum], valid until the next call. No derivatives: kMomentCount each.
     [[nodiscard]] std::span<const double> run(std::span<const RayFrame> frames,
@@ -45,8 +48,8 @@ public:
     [[nodiscard]] Image render(const RayFrame& frame, const Eigen::Vector2i& size_px);
     void upload_fixed(const std::vector<FixedChannels>& fixed);
 
-    [[nodiscard]] std::size_t volume_bytes() const { return volume_.bytes(); }
-    [[nodiscard]] std::string volume_text() const { return volume_.text(); }
+    [[nodiscard]] std::size_t volume_bytes() const { return volume_->bytes(); }
+    [[nodiscard]] std::string volume_text() const { return volume_->text(); }
     [[nodiscard]] StageSeconds collect_times() { return clock_.collect(); }
 
 private:
@@ -66,6 +69,8 @@ private:
         int first, count;
     };
 
+    void take_views(std::span<const raylign::View> views, const Similarity& similarity,
+                    const std::vector<FixedChannels>& fixed);
     void upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives);
     void need_layouts(const Job& job);
     void need_work(const Job& job, std::size_t frames);
@@ -86,10 +91,11 @@ private:
     Context& context_;
     PipelineOptions options_;
     RenderSettings render_;
+    VoxelGrid grid_;
     std::vector<View> views_;
     int channels_;
     std::size_t image_floats_ = 0, strips_ = 0, pixels_ = 0;  ///< the most of a view, twice; all views' pixels
-    VolumeTextures volume_;
+    std::shared_ptr<VolumeTextures> volume_;                  ///< of all pipelines on this volume
     StageClock clock_;
     SceneBuffers scene_;
     Buffer fixed_;

@@ -21,7 +21,7 @@ constexpr double kFitSamples = 2e6;  ///< cast to time a tile shape: some ms on 
 
 double Pipeline::samples(const RayFrame& frame) const {
     const Eigen::Vector2i& px = views_[frame.view].size_px;
-    double planes = volume_.box().size.maxCoeff();
+    double planes = volume_->box().size.maxCoeff();
     if (render_.projector == Projector::trilinear) planes *= 2;
     return planes * px.x() * px.y();
 }

@@ -32,9 +32,9 @@ std::vector<shared::vec4> taps_of(const Similarity& similarity) {
 
 }  // namespace
 
-SceneBuffers make_scene_buffers(Context& context, const Scene& scene, const VolumeTextures& volume) {
+SceneBuffers make_scene_buffers(Context& context, const ViewScene& scene, const VolumeTextures& volume) {
     const Eigen::Vector3i n = volume.box().size;
-    const Eigen::Vector3d& mm = scene.volume.grid.spacing_mm;
+    const Eigen::Vector3d& mm = scene.grid.spacing_mm;
     GLuint first_pixel = 0, most_pixels = 0, most_strips = 0;
     std::vector<shared::ViewData> views;
     for (const View& view : scene.views) {
@@ -49,7 +49,7 @@ SceneBuffers make_scene_buffers(Context& context, const Scene& scene, const Volu
     const bool gradient = scene.similarity.metric == Metric::gc;
     const auto radius = static_cast<GLuint>(gradient ? scene.similarity.filter.radius_px : 0);
     const shared::SceneData data = {
-        {f(n.x()), f(n.y()), f(n.z()), f(trilinear_step_mm(scene.render, scene.volume.grid))},
+        {f(n.x()), f(n.y()), f(n.z()), f(trilinear_step_mm(scene.render, scene.grid))},
         {f(mm.x()), f(mm.y()), f(mm.z())},
         {f(volume.scale().scale_per_mm), f(volume.scale().zero)},
         {most_pixels, most_strips, static_cast<GLuint>(channel_count(scene.similarity.metric)), radius}};

@@ -29,7 +29,14 @@ enum StorageBinding : GLuint {
 struct SceneBuffers {
     Buffer scene, taps, views;
 };
-[[nodiscard]] SceneBuffers make_scene_buffers(Context& context, const Scene& scene, const VolumeTextures& volume);
+/// What they are made from: a Scene without voxels.
+struct ViewScene {
+    const VoxelGrid& grid;
+    std::span<const View> views;
+    RenderSettings render;
+    Similarity similarity;
+};
+[[nodiscard]] SceneBuffers make_scene_buffers(Context& context, const ViewScene& scene, const VolumeTextures& volume);
 void bind(const Gl& gl, const SceneBuffers& buffers);
 
 /// A buffer that can be written to from the host, or with the given flags. Throws Error, kind unavailable, with its

@@ -107,11 +107,24 @@ double march_trilinear(const Volume& volume, const RayFrame& frame, const Eigen:
 class ReferenceSession final : public Session {
 public:
     explicit ReferenceSession(const Scene& scene)
-        : Session(scene), volume_(scene.volume), render_(scene.render), similarity_(scene.similarity) {
+        : Session(scene),
+          shared_volume_(std::make_shared<const Volume>(scene.volume)),
+          render_(scene.render),
+          similarity_(scene.similarity) {
         for (const View& view : scene.views) sizes_px_.push_back(view.geometry.camera.size_px);
+    }
+    ReferenceSession(const ReferenceSession& resident, std::span<const View> views, const Similarity& similarity)
+        : Session(resident, views, similarity),
+          shared_volume_(resident.shared_volume_),
+          render_(resident.render_),
+          similarity_(similarity) {
+        for (const View& view : views) sizes_px_.push_back(view.geometry.camera.size_px);
     }
 
     std::size_t volume_bytes() const override { return volume_.attenuation_per_mm.size() * sizeof(float); }
+    std::unique_ptr<Session> with_views(std::span<const View> views, const Similarity& similarity) override {
+        return std::make_unique<ReferenceSession>(*this, views, similarity);
+    }
 
 protected:
     void weights_changed() override {}  // it reads fixed() itself
@@ -208,7 +221,8 @@ private:
         return images;
     }
 
-    Volume volume_;
+    std::shared_ptr<const Volume> shared_volume_;
+    const Volume& volume_ = *shared_volume_;
     RenderSettings render_;
     Similarity similarity_;
     std::vector<Eigen::Vector2i> sizes_px_;

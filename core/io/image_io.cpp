@@ -100,12 +100,50 @@ RawXray read_xray(const std::filesystem::path& path, int frame) {
     return frame_of(raster, tags_of(raster, path), std::max(0, frame - 1));
 }
 
+struct XrayFile::Contents {
+    std::filesystem::path path;
+    Raster raster;
+    std::optional<detail::DicomTags> tags;
+};
+
+XrayFile::XrayFile(const std::filesystem::path& path) {
+    Raster raster = detail::read_raster(path, [&](const Raster& header) { check_image(header, path); });
+    auto tags = tags_of(raster, path);
+    contents_ = std::make_unique<const Contents>(Contents{path, std::move(raster), std::move(tags)});
+}
+
+XrayFile::~XrayFile() = default;
+
+int XrayFile::frame_count() const { return frames_of(contents_->raster); }
+
+RawXray XrayFile::frame(int number) const {
+    if (number < 1 || number > frame_count()) {
+        throw bad_value("frame", std::to_string(number), "in [1, " + std::to_string(frame_count()) + "]",
+                        contents_->path.string());
+    }
+    return frame_of(contents_->raster, contents_->tags, number - 1);
+}
+
 std::vector<RawXray> read_xray_frames(const std::filesystem::path& path) {
-    const Raster raster = detail::read_raster(path, [&](const Raster& header) { check_image(header, path); });
-    const std::optional<detail::DicomTags> tags = tags_of(raster, path);
+    const XrayFile file(path);
     std::vector<RawXray> frames;
-    for (int i = 0; i < frames_of(raster); ++i) frames.push_back(frame_of(raster, tags, i));
+    for (int number = 1; number <= file.frame_count(); ++number) frames.push_back(file.frame(number));
     return frames;
+}
+
+Eigen::Vector2i xray_size_px(const std::filesystem::path& path) {
+    struct HeaderRead {};  // thrown to end the reading: it goes no further than this function
+    Eigen::Vector2i size_px;
+    try {
+        (void)detail::read_raster(path, [&](const Raster& header) {
+            check_image(header, path);
+            size_px = {header.size[0], header.size[1]};
+            throw HeaderRead{};
+        });
+    } catch (const HeaderRead&) {
+        return size_px;
+    }
+    throw Error(path.string() + " has no header");
 }
 
 int xray_frame_count(const std::filesystem::path& path) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "core/image/image.h"
@@ -16,6 +18,25 @@ namespace raylign {
 
 /// All frames of such a file, in its order: one reading for a whole sequence.
 [[nodiscard]] std::vector<RawXray> read_xray_frames(const std::filesystem::path& path);
+
+/// A file with one or more frames whose pixels are kept as stored: frames become floats one at a time.
+class XrayFile {
+public:
+    explicit XrayFile(const std::filesystem::path& path);
+    ~XrayFile();
+    XrayFile(const XrayFile&) = delete;
+    XrayFile& operator=(const XrayFile&) = delete;
+
+    [[nodiscard]] int frame_count() const;
+    [[nodiscard]] RawXray frame(int number) const;  ///< from 1
+
+private:
+    struct Contents;
+    std::unique_ptr<const Contents> contents_;
+};
+
+/// Columns and rows of such a file; its pixels are not read for that.
+[[nodiscard]] Eigen::Vector2i xray_size_px(const std::filesystem::path& path);
 
 /// How many frames such a file has. A DICOM file's pixels are not read for that.
 [[nodiscard]] int xray_frame_count(const std::filesystem::path& path);

@@ -54,7 +54,7 @@ ViewPixels read_view_pixels(const ViewFiles& files, ReadImages images, const std
         const bool is_listed = std::ranges::find(result.files, path) != result.files.end();
         if (!is_listed) result.files.push_back(path);  // a DICOM file is geometry and image in one
     };
-    if (!files.image.empty()) {
+    if (!files.image.empty() && images != ReadImages::frames) {
         pixels.xray = read_xray(files.image, files.frame);
         list(files.image);
     }
@@ -86,7 +86,8 @@ void append_view(const std::string& name, const GeometryView& geometry, ViewPixe
         for (const std::string& decision : converted.decisions) result.notes.push_back(name + ": " + decision);
     }
     result.views.push_back(std::move(view));
-    result.origins.push_back({geometry.flip, geometry.is_dicom, geometry.isocentre_ct_mm, files.image, files.mask});
+    result.origins.push_back({geometry.flip, geometry.is_dicom, geometry.isocentre_ct_mm, files.image, files.mask,
+                              files.intensity, files.frames});
 }
 
 }  // namespace raylign::detail

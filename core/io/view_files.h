@@ -11,7 +11,8 @@ namespace raylign::detail {
 struct ViewFiles {
     std::filesystem::path image, mask;  ///< "" = none
     IntensitySettings intensity;
-    int frame = 0;  ///< of the image, from 1; 0 = there is but one
+    int frame = 0;                  ///< of the image, from 1; 0 = there is but one
+    std::vector<FrameFile> frames;  ///< with ReadImages::frames
 };
 
 /// Pixels as stored.

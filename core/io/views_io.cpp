@@ -46,6 +46,54 @@ std::filesystem::path read_path(const JsonNode& node, const std::filesystem::pat
     return folder / name;  // an absolute name stays as it is
 }
 
+/// The pattern that `options` give for a view; none where they do not name it.
+std::optional<std::string> frames_option(const std::string& view, const ViewsReadOptions& options) {
+    for (const std::string& argument : options.frames) {
+        const std::size_t equals = argument.find('=');
+        if (argument.substr(0, equals) == view) return argument.substr(equals + 1);
+    }
+    return std::nullopt;
+}
+
+/// The frames of a view: by the options, its key "frames" (a pattern or a list of files), or its image.
+std::vector<FrameFile> read_frames(const JsonNode& view, const std::string& name, const std::filesystem::path& folder,
+                                   const std::filesystem::path& image, const ViewsReadOptions& options) {
+    if (const auto pattern = frames_option(name, options)) return list_frames(*pattern);
+    if (!view.has("frames")) {
+        return image.empty() ? std::vector<FrameFile>() : list_frames(image);
+    }
+    const JsonNode node = view.at("frames");
+    if (node.is_text()) return list_frames(read_path(node, folder));
+    std::vector<std::filesystem::path> files;
+    for (std::size_t i = 0; i < node.array_size(); ++i) files.push_back(read_path(node.at(i), folder));
+    return list_frames(files);
+}
+
+/// Throws Error for a VIEW=PATTERN that is none, names no view, or one twice; and where a view has no frames.
+void check_frames(const ViewsReadOptions& options, const ViewsFile& result) {
+    std::vector<std::string> named;
+    for (const std::string& argument : options.frames) {
+        const std::size_t equals = argument.find('=');
+        if (equals == std::string::npos || equals == 0 || equals + 1 == argument.size()) {
+            throw bad_value("--frames", argument, "VIEW=PATTERN");
+        }
+        const std::string name = argument.substr(0, equals);
+        std::string names;
+        for (const View& view : result.views) names += (names.empty() ? "" : ", ") + view.name;
+        if (std::ranges::find(result.views, name, &View::name) == result.views.end()) {
+            throw bad_value("view of --frames", name, "one of " + names);
+        }
+        if (std::ranges::find(named, name) != named.end()) throw Error("--frames names the view " + name + " twice");
+        named.push_back(name);
+    }
+    for (std::size_t v = 0; options.images == ReadImages::frames && v < result.views.size(); ++v) {
+        if (!result.origins[v].frames.empty()) continue;
+        throw Error("view " + result.views[v].name +
+                    " has no frames: name them in views.json (\"frames\"), as FILE=PATTERN, or by --frames " +
+                    result.views[v].name + "=PATTERN");
+    }
+}
+
 bool is_dicom(const std::filesystem::path& path) { return geometry_format_of(path) == GeometryFormat::dicom; }
 
 /// A DICOM file that gives the geometry is the image, too, unless another one is named.
@@ -66,13 +114,34 @@ ViewFiles read_files(const JsonNode& view, const std::filesystem::path& folder) 
     return files;
 }
 
+void allow_view_keys(const JsonNode& node) {
+    node.allow_keys({"name",
+                     "image",
+                     "mask",
+                     "intensity",
+                     "camera",
+                     "size_px",
+                     "intrinsics",
+                     "sdd_mm",
+                     "camera_from_world",
+                     "projection_matrix",
+                     "c_arm",
+                     "geometry",
+                     "pixel_pitch_mm",
+                     "detector_origin_mm",
+                     "sad_mm",
+                     "unit_mm",
+                     "flip",
+                     "frame",
+                     "frames",
+                     "primary_angle_deg",
+                     "secondary_angle_deg",
+                     "projection"});
+}
+
 void read_view(const JsonNode& node, const std::filesystem::path& folder, const ViewsReadOptions& options,
                ViewsFile& result) {
-    node.allow_keys({"name",      "image",      "mask",           "intensity",          "camera",
-                     "size_px",   "intrinsics", "sdd_mm",         "camera_from_world",  "projection_matrix",
-                     "c_arm",     "geometry",   "pixel_pitch_mm", "detector_origin_mm", "sad_mm",
-                     "unit_mm",   "flip",       "frame",          "primary_angle_deg",  "secondary_angle_deg",
-                     "projection"});
+    allow_view_keys(node);
     const std::string name = read_name(node);
     if (detail::is_name_taken(name, result)) throw node.at("name").error("different from the other views' names");
     ViewFiles files = read_files(node, folder);
@@ -81,8 +150,12 @@ void read_view(const JsonNode& node, const std::filesystem::path& folder, const 
     if (options.images == ReadImages::required && files.image.empty()) {
         throw Error(node.place() + ".image is missing in " + node.file() + ": an X-ray is needed here");
     }
+    if (options.images == ReadImages::frames) {
+        files.frames = read_frames(node, name, folder, files.image, options);
+    }
     detail::ViewPixels pixels = detail::read_view_pixels(files, options.images, where, result);
     std::optional<Eigen::Vector2i> image_size_px;
+    if (!files.frames.empty()) image_size_px = xray_size_px(files.frames.front().file);
     if (!pixels.xray.image.empty()) {
         image_size_px = Eigen::Vector2i(pixels.xray.image.width, pixels.xray.image.height);
     }
@@ -134,9 +207,15 @@ void append_geometry_file(const std::filesystem::path& path, const std::filesyst
         files.image = path;
         files.frame = 1;
     }
+    if (options.images == ReadImages::frames) {
+        const auto pattern = frames_option(view_name_of(path.stem().string()), options);
+        if (pattern) files.image = *pattern;
+        if (!files.image.empty()) files.frames = list_frames(files.image);
+    }
     result.files.push_back(path);
     detail::ViewPixels pixels = detail::read_view_pixels(files, options.images, path.string(), result);
     GeometryHints hints;
+    if (!files.frames.empty()) hints.size_px = xray_size_px(files.frames.front().file);
     if (!pixels.xray.image.empty()) {
         hints.size_px = Eigen::Vector2i(pixels.xray.image.width, pixels.xray.image.height);
     }
@@ -175,6 +254,7 @@ ViewsFile read_views(std::span<const std::string> arguments, const ViewsReadOpti
             append_geometry_file(path, image, options, result);
         }
     }
+    check_frames(options, result);
     return result;
 }
 

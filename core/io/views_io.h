@@ -8,6 +8,7 @@
 
 #include "core/image/intensity.h"
 #include "core/image/view.h"
+#include "core/io/frame_files.h"
 #include "core/io/geometry/geometry_file.h"
 
 namespace raylign {
@@ -16,6 +17,7 @@ enum class ReadImages {
     required,  ///< register, compare: a view without an image is an error
     if_named,  ///< study: read what is there
     never,     ///< drr: geometry only
+    frames,    ///< track: masks now, and a list of frames for each view
 };
 
 /// Where a view comes from, as far as the pixels and the world depend on it.
@@ -24,6 +26,8 @@ struct ViewOrigin {
     bool is_dicom_geometry = false;    ///< the world is the isocentre with the patient's axes
     std::optional<Eigen::Vector3d> isocentre_ct_mm;
     std::filesystem::path image, mask;  ///< the files named, whether read or not; "" = none
+    IntensitySettings intensity;        ///< how its pixels become line integrals
+    std::vector<FrameFile> frames;      ///< with ReadImages::frames: by number, at least one
 };
 
 struct ViewsFile {
@@ -36,6 +40,8 @@ struct ViewsFile {
 struct ViewsReadOptions {
     ReadImages images = ReadImages::required;
     bool auto_mask = false;  ///< for every view, as "mask": "auto" says it for one
+    /// With ReadImages::frames: VIEW=PATTERN (list_frames), before what the files name.
+    std::vector<std::string> frames;
 };
 
 /// Reads views.json (README.md describes it): all five forms of geometry. Unknown keys, wrong types and malformed JSON

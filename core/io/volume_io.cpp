@@ -237,6 +237,7 @@ VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOption
         throw Error(path.string() + " is no folder: --series chooses within a DICOM folder");
     }
     VolumeFile file = is_folder ? read_series(path, options) : read_file(path, options);
+    file.file_grid = file.volume.grid;
     if (!options.object.is_whole()) detail::keep_object(options, file);
     return file;
 }

@@ -37,6 +37,7 @@ struct VolumeReadOptions {
 
 struct VolumeFile {
     Volume volume;
+    VoxelGrid file_grid;                       ///< of all of the file, before the object was cut out
     std::vector<std::string> notes;            ///< what was decided: preset, series, clipped values, flipped axes
     std::vector<std::filesystem::path> files;  ///< every file read, for the report's hashes
 };

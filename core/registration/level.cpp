@@ -56,10 +56,9 @@ double level_work(const LevelPlan& plan) {
 
 Level::Level(RunContext& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
     : run_(run), plan_(plan), index_(run.levels_made++) {
-    for (int i = 0; i < plan.volume_halvings; ++i) halved_ = half_resolution(i == 0 ? run.volume : halved_);
-    const Volume& volume = plan.volume_halvings > 0 ? halved_ : run.volume;
     make_views(focus);
-    session_ = run.backend.prepare({volume, views_, run.options.render, {run.options.similarity.metric, plan.filter}});
+    session_ = run.resident.session(plan.volume_halvings, views_, {run.options.similarity.metric, plan.filter});
+    const Volume& volume = run.resident.halved(plan.volume_halvings);
     report_.volume_size = volume.grid.size;
     report_.spacing_mm = volume.grid.spacing_mm;
     for (const View& view : views_) report_.image_sizes_px.push_back(view.geometry.camera.size_px);
@@ -90,6 +89,7 @@ Level::~Level() {
     result.iterations += report_.iterations;
     add(result.counters, session_->counters());
     add(result.timing, session_->timing());
+    result.timing.prepare_s += run_.resident.take_prepare_s();
     result.levels.push_back(std::move(report_));
 }
 

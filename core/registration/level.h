@@ -8,6 +8,7 @@
 #include "core/registration/levels.h"
 #include "core/registration/overlap.h"
 #include "core/registration/registration.h"
+#include "core/registration/resident_volume.h"
 
 namespace raylign {
 
@@ -18,13 +19,14 @@ struct TimeIsUp {};
 struct RunContext {
     using Clock = std::chrono::steady_clock;
 
+    ResidentVolume& resident;
     const Volume& volume;
     std::span<const View> views;
     const RegistrationOptions& options;
     Backend& backend;
     const ProgressCallback& progress;
     ObjectExtent extent;
-    ObjectSample sample;
+    const ObjectSample& sample;
     RigidTransform start;
     RegistrationResult result{};
     Clock::time_point begin = Clock::now();
@@ -77,7 +79,6 @@ private:
 
     LevelPlan plan_;
     int index_;
-    Volume halved_;
     std::vector<View> views_;
     std::unique_ptr<Session> session_;
     LevelReport report_;

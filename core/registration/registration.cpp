@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/registration/driver.h"
+#include "core/registration/resident_volume.h"
 #include "core/registration/verdict.h"
 
 namespace raylign {
@@ -30,8 +31,7 @@ void check(const RegistrationOptions& options, const RigidTransform& start) {
     if (!is_finite(start)) throw Error("start pose: must have finite numbers only");
 }
 
-ObjectExtent extent_about(const Volume& volume, const std::optional<Eigen::Vector3d>& centre_ct_mm) {
-    ObjectExtent extent = object_extent(volume);
+ObjectExtent extent_about(ObjectExtent extent, const std::optional<Eigen::Vector3d>& centre_ct_mm) {
     if (!centre_ct_mm) return extent;
     // About another centre the rim is farther away: the mean squared distance grows by that of the centres.
     const double apart_mm = (*centre_ct_mm - extent.centre_ct_mm).norm();
@@ -60,14 +60,26 @@ RegistrationResult register_volume(const Volume& volume, std::span<const View> v
                                    const RigidTransform& start_world_from_ct, const RegistrationOptions& options,
                                    Backend& backend, const ProgressCallback& progress) {
     check(options, start_world_from_ct);
-    check_scene({volume, views, options.render, options.similarity});
+    ResidentVolume resident(volume, options.render, backend);
+    return register_volume(resident, views, start_world_from_ct, options, progress);
+}
+
+RegistrationResult register_volume(ResidentVolume& volume, std::span<const View> views,
+                                   const RigidTransform& start_world_from_ct, const RegistrationOptions& options,
+                                   const ProgressCallback& progress) {
+    check(options, start_world_from_ct);
+    check_views(views);
+    if (options.render.projector != volume.render().projector || options.render.step_mm != volume.render().step_mm) {
+        throw Error("render settings: must be those that the volume was made resident with");
+    }
     RunContext run{volume,
+                   volume.volume(),
                    views,
                    options,
-                   backend,
+                   volume.backend(),
                    progress,
-                   extent_about(volume, options.rotation_centre_ct_mm),
-                   sample_object(volume),
+                   extent_about(volume.extent(), options.rotation_centre_ct_mm),
+                   volume.sample(),
                    start_world_from_ct};
     warn_of_parallel_views(views, run.result.decisions);
     bool timed_out = false;

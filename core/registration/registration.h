@@ -12,6 +12,8 @@
 
 namespace raylign {
 
+class ResidentVolume;
+
 enum class Method {
     automatic,         ///< the driver picks and says what it picked
     gauss_newton,      ///< Levenberg-Marquardt with analytic derivatives (Session::linearize), coarse to fine
@@ -155,6 +157,13 @@ using ProgressCallback = std::function<bool(const RegistrationProgress&)>;
 [[nodiscard]] RegistrationResult register_volume(const Volume& volume, std::span<const View> views,
                                                  const RigidTransform& start_world_from_ct,
                                                  const RegistrationOptions& options, Backend& backend,
+                                                 const ProgressCallback& progress = {});
+
+/// The same on a volume that stays resident: nothing of it is read, halved or laid out anew. Same result, bit for bit.
+/// Throws Error also where options.render differs from the volume's.
+[[nodiscard]] RegistrationResult register_volume(ResidentVolume& volume, std::span<const View> views,
+                                                 const RigidTransform& start_world_from_ct,
+                                                 const RegistrationOptions& options,
                                                  const ProgressCallback& progress = {});
 
 }  // namespace raylign

@@ -186,6 +186,56 @@ TEST_P(BackendContract, CountsEvaluationsAndTimesItsStages) {
     EXPECT_GE(session->volume_bytes(), volume_.attenuation_per_mm.size() * 2);
 }
 
+TEST_P(BackendContract, OtherViewsOfAResidentVolumeGiveTheBitsOfAFreshPrepare) {
+    const Similarity other_filter{Metric::gc, {1, 3}};
+    std::vector<View> others =
+        test::with_exact_images({{"OBL", test::c_arm_view(35, 29), {}, {}}}, spine_phantom({160, 160, 160}), truth_);
+    others[0].weights = Image(29, 29, 1);
+    others[0].weights(14, 14) = 0;
+    for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
+        const auto resident = prepare(projector);
+        const auto before = costs(*resident, poses(3));
+        const auto shared = resident->with_views(others, other_filter);
+        const auto fresh = backend_->prepare({volume_, others, {projector, 0}, other_filter});
+        EXPECT_EQ(costs(*shared, poses(3)), costs(*fresh, poses(3)));
+        EXPECT_EQ(shared->render(truth_, 0).pixels, fresh->render(truth_, 0).pixels);
+        EXPECT_EQ(costs(*resident, poses(3)), before) << "the first session is as it was";
+        EXPECT_THROW((void)shared->render(truth_, 1), Error) << "it has one view";
+    }
+}
+
+TEST_P(BackendContract, SessionsThatShareAVolumeEndInAnyOrder) {
+    auto resident = prepare();
+    const auto expected = costs(*resident, poses(2));
+    auto shared = resident->with_views(views_, {Metric::gc, {1.5, 4}});
+    resident.reset();
+    EXPECT_EQ(costs(*shared, poses(2)), expected);
+    const auto next = shared->with_views(views_, {Metric::gc, {1.5, 4}});
+    shared.reset();
+    EXPECT_EQ(costs(*next, poses(2)), expected);
+}
+
+TEST_P(BackendContract, WeightsOfOneSessionDoNotReachAnotherOfTheSameVolume) {
+    const auto resident = prepare();
+    const auto expected = costs(*resident, poses(2));
+    const auto shared = resident->with_views(views_, {Metric::gc, {1.5, 4}});
+    std::vector<Image> weights(2, Image(33, 33, 1));
+    for (int x = 0; x < 33; ++x) weights[0](x, 16) = 0;
+    shared->set_weights(weights);
+    EXPECT_NE(costs(*shared, poses(2)), expected);
+    EXPECT_EQ(costs(*resident, poses(2)), expected);
+}
+
+TEST_P(BackendContract, OtherViewsAreCheckedLikeTheFirst) {
+    const auto resident = prepare();
+    EXPECT_THROW((void)resident->with_views({}, {Metric::gc, {1.5, 4}}), Error);
+    views_[1].cost_weight = -1;
+    EXPECT_THROW((void)resident->with_views(views_, {Metric::gc, {1.5, 4}}), Error);
+    views_[1].cost_weight = 1;
+    views_[1].image = Image(33, 33, 2);
+    EXPECT_THROW((void)resident->with_views(views_, {Metric::gc, {1.5, 4}}), Error) << "constant";
+}
+
 INSTANTIATE_TEST_SUITE_P(All, BackendContract, testing::ValuesIn(backend_names()),
                          [](const auto& test) { return test::test_name(test.param); });
 

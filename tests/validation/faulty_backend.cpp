@@ -22,7 +22,16 @@ public:
     FaultySession(const Scene& scene, std::unique_ptr<Session> inner, Fault fault)
         : Session(scene), inner_(std::move(inner)), fault_(std::move(fault)) {}
 
+    FaultySession(const FaultySession& resident, std::span<const View> views, const Similarity& similarity)
+        : Session(resident, views, similarity),
+          inner_(resident.inner_->with_views(views, similarity)),
+          fault_(resident.fault_) {}
+
     [[nodiscard]] std::size_t volume_bytes() const override { return inner_->volume_bytes(); }
+    [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
+                                                      const Similarity& similarity) override {
+        return std::make_unique<FaultySession>(*this, views, similarity);
+    }
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override {
