@@ -16,6 +16,7 @@ void add_drr_command(CLI::App& app, Job& job);
 void add_geometry_command(CLI::App& app, Job& job);
 void add_info_command(CLI::App& app, Job& job);
 void add_phantom_command(CLI::App& app, Job& job);
+void add_track_command(CLI::App& app, Job& job);
 void add_study_command(CLI::App& app, Job& job);
 void add_compare_command(CLI::App& app, Job& job);
 void add_bench_command(CLI::App& app, Job& job);

@@ -47,6 +47,7 @@ int main(int argc, char** argv) {
         raylign::apps::Job job;
         raylign::apps::set_up_program(app);
         raylign::apps::add_register_command(app, job);
+        raylign::apps::add_track_command(app, job);
         raylign::apps::add_drr_command(app, job);
         raylign::apps::add_study_command(app, job);
         raylign::apps::add_compare_command(app, job);

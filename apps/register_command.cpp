@@ -7,6 +7,7 @@
 #include "apps/manifest.h"
 #include "apps/overlay.h"
 #include "apps/progress_bar.h"
+#include "apps/register_flags.h"
 #include "apps/register_inputs.h"
 #include "apps/register_summary.h"
 #include "apps/report.h"
@@ -130,10 +131,7 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
 
 void add_start_flags(CLI::App& command, RegisterOptions& options) {
     add_views_option(command, options.views, "views.json: images, cameras, masks");
-    command
-        .add_flag("--auto-mask", options.auto_mask,
-                  "Leave out collimator, shutter, letters, saturated and zero pixels; default off")
-        ->group(kInputGroup);
+    add_auto_mask_flag(command, options);
     describe(command.add_option("--start", options.start,
                                 "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), or \"dicom\";\n"
                                 "default: CT centre where central rays meet, patient axes as world axes"),
@@ -150,47 +148,6 @@ void add_start_flags(CLI::App& command, RegisterOptions& options) {
              "FILE", kStartGroup);
     describe(command.add_option("--truth", options.truth, "True pose, to report the error; default none"), "FILE",
              kStartGroup);
-}
-
-void add_method_flags(CLI::App& command, RegisterOptions& options) {
-    describe(
-        command.add_option("--method", options.method, "auto, gauss-newton, steepest-descent or bobyqa; default auto"),
-        "NAME", kMethodGroup);
-    describe(command.add_option("--metric", options.metric, "gc (gradient correlation) or ncc; default gc"), "NAME",
-             kMethodGroup);
-    describe(command.add_option("--content", options.content,
-                                "What the CT explains of the X-ray: whole, part (one bone among other tissue)\n"
-                                "or auto; default auto: part where whole correlates weakly"),
-             "NAME", kMethodGroup);
-    command
-        .add_flag("--no-robust", options.no_robust,
-                  "Do not weigh down what the DRR cannot explain (metal, other tissue); default off")
-        ->group(kMethodGroup);
-    describe(command.add_option("--levels", options.levels,
-                                "Resolutions, coarse to fine, 1 to 8; default 0: down to about 32 px"),
-             "N", kMethodGroup);
-    describe(command.add_option("--max-iterations", options.max_iterations, "Most steps per level; default 100"), "N",
-             kMethodGroup);
-    add_seed_option(command, options.seed, "For methods that draw random numbers");
-}
-
-void add_search_flags(CLI::App& command, RegisterOptions& options) {
-    describe(command.add_option("--search", options.search,
-                                "Other starts: none, near (around the start), global (anywhere in the field of\n"
-                                "view) or auto; default auto: near where the content is part, else none"),
-             "NAME", kSearchGroup);
-    describe(command.add_option("--search-range", options.search_range_mm,
-                                "near: how far the object may be off, up to 500; default 20"),
-             "MM", kSearchGroup);
-    describe(command.add_option("--search-turn", options.search_turn_deg,
-                                "Largest turn from the start, up to 180; default 60 near, 45 global"),
-             "DEG", kSearchGroup);
-    describe(
-        command.add_option("--search-starts", options.search_starts, "Poses tried for a whole; default 6144 near, 8192 global; a part is\nsought exhaustively"),
-        "N", kSearchGroup);
-    describe(command.add_option("--time-limit", options.time_limit_s,
-                                "Give the best pose found in this time, as doubtful; default none"),
-             "S", kSearchGroup);
 }
 
 void add_output_flags(CLI::App& command, RegisterOptions& options) {

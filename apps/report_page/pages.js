@@ -152,5 +152,41 @@ function benchPage({ report }) {
   if (report.left_out.length) section("Left out", null, table([{ name: "Engine", key: "backend", text: true, show: String }, { name: "Why", key: "reason", text: true, long: true, show: String }], report.left_out));
 }
 
-({ register: registerPage, study: studyPage, compare: comparePage, bench: benchPage })[data.kind](data);
+function trackPage({ report, images }) {
+  heading("Trajectory", `${report.objects.map((o) => o.name).join(", ")}: frames ${report.frames.first} to ${report.frames.last}, ${report.frames.done} of ${report.frames.planned} done`);
+  const worst = (o) => (o.expected_error_mm ? `${number(o.expected_error_mm.p50)} / ${number(o.expected_error_mm.p95)} mm` : "–");
+  verdict(report.verdict.ok, report.verdict.ok ? "Every frame is ok" : "Look at the flagged frames", report.verdict.reasons,
+    [["frames per second", number(report.frames_per_second)], ...report.objects.flatMap((o) => [[`${o.name}: frames ok`, `${o.frames_by_status.ok} of ${o.frames.length}`], [`${o.name}: expected error, median / 95 %`, worst(o)]])]);
+  const flagged = (o) => o.frames.filter((f) => f.status !== "ok");
+  const mark = { doubtful: COLOURS[4], lost: COLOURS[1], missing: COLOURS[7] };
+  const flags = (frames) => Plot.ruleX(frames, { x: "frame", stroke: (f) => mark[f.status], strokeOpacity: 0.5, title: (f) => `${f.status}: ${(f.reasons ?? []).join("; ")}` });
+  const searches = (o) => Plot.dot(o.frames.filter((f) => f.searched !== "none" && f.moved_mm), { x: "frame", y: 0, symbol: "triangle", stroke: COLOURS[6], title: (f) => `${f.searched} search${f.recovered ? ", recovered" : ""}` });
+  const curves = (frames, key, names) => names.flatMap((name, i) => [Plot.line(frames, { x: "frame", y: (f) => f[key]?.[i] ?? NaN, stroke: colour(i), strokeDasharray: dash(i), strokeWidth: 2 }),
+    Plot.dot(frames.filter((f) => f[key]), { x: "frame", y: (f) => f[key][i], fill: colour(i), r: 1.5 })]);  // a frame between two gaps has no line
+  const axes = ["x", "y", "z"].map((label, i) => ({ label, i }));
+  const line = (o, key, label) => chart(`${o.name}: ${label}`, null, { x: { label: "frame", tickFormat: "d" }, y: { label, grid: true, zero: true, tickFormat: (v) => number(v) },
+    marks: [flags(flagged(o)), Plot.line(o.frames, { x: "frame", y: (f) => f[key] ?? NaN, stroke: colour(0), strokeWidth: 2 }), Plot.dot(o.frames.filter((f) => f[key] != null), { x: "frame", y: key, fill: colour(0), r: 1.5 })] });
+  for (const o of report.objects) {
+    section(o.name, "Since its first pose, in the world of the views. Upright lines are frames to look at: yellow doubtful, red lost, grey missing. Triangles: a wider search ran.", charts(() => [
+      chart("Place of the CT's centre", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true }, marks: [flags(flagged(o)), ...curves(o.frames, "moved_mm", ["x", "y", "z"]), searches(o)] }, axes),
+      chart("Rotation vector", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true }, marks: [flags(flagged(o)), ...curves(o.frames, "turned_deg", ["x", "y", "z"]), searches(o)] }, axes),
+      line(o, "cost", "cost"), line(o, "expected_error_mm", "expected error, mm"), line(o, "jump_mm", "from the prediction, mm")]));
+  }
+  for (const j of report.joints) {
+    section(`${j.distal} against ${j.proximal}`, `Angles in the order ${j.sequence}, the first about an axis of ${j.proximal}, the last about one of ${j.distal}; place of ${j.distal}'s origin in ${j.proximal}.`, charts(() => [
+      chart("Angles", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "angles_deg", [...j.sequence])] }, [...j.sequence].map((label, i) => ({ label: `${i + 1}: ${label}`, i }))),
+      chart("Translation", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "translation_mm", ["x", "y", "z"])] }, axes)]));
+  }
+  if (images.length) section("X-ray and DRR", "The first, the middle and the last frame, and that of the largest cost. Left of the slider the X-ray, right of it the CT projected: where it was sought first, and as found.", overlays(images));
+  const rows = report.objects.flatMap((o) => flagged(o).map((f) => ({ ...f, object: o.name }))).slice(0, 500);
+  if (rows.length) section("Flagged frames", rows.length === 500 ? "The first 500; all are in trajectory.csv." : null, table([{ name: "Frame", key: "frame" }, { name: "Object", key: "object", text: true, show: String }, { name: "Status", key: "status", text: true, show: String },
+    { name: "Searched", key: "searched", text: true, show: String }, { name: "Cost", key: "cost", show: (v) => number(v, 4) }, { name: "From the prediction mm", key: "jump_mm" }, { name: "Expected error mm", key: "expected_error_mm" },
+    { name: "Reasons", value: (f) => (f.reasons ?? []).join("; "), text: true, long: true, show: String }], rows, (f) => f.status === "lost"));
+  section("Objects", null, table([{ name: "Object", key: "name", text: true, show: String }, ...["ok", "doubtful", "lost", "missing"].map((s) => ({ name: s, value: (o) => o.frames_by_status[s] })), { name: "Searched", key: "searched" }, { name: "Recovered", key: "recovered" },
+    { name: "Cost p50", value: (o) => o.cost?.p50 }, { name: "max", value: (o) => o.cost?.max }, { name: "Expected error p50 mm", value: (o) => o.expected_error_mm?.p50 }, { name: "p95 mm", value: (o) => o.expected_error_mm?.p95 },
+    { name: "A frame, p50", value: (o) => o.time_s?.p50, show: seconds }, { name: "max", value: (o) => o.time_s?.max, show: seconds }], report.objects));
+  manifest(report, [["engine", backendText(report.backend)], ["widest search", report.recover], ["time", seconds(report.time_s.total)], ["reading frames", seconds(report.time_s.read_frames)], ["registering", seconds(report.time_s.track)]]);
+}
+
+({ register: registerPage, study: studyPage, compare: comparePage, bench: benchPage, track: trackPage })[data.kind](data);
 document.title = root.querySelector("h1").textContent + " · raylign";

@@ -36,5 +36,10 @@ cp pages/truth.json 'pages/<script>alert(1)</script>.json'
 "$raylign" compare "${ct[@]}" --views pages/geometry.json --pose pages/truth.json --backends reference,cpu --poses 3 \
     --registrations 1 --longest-side 32 -o pages/compare --quiet
 "$raylign" bench --size 32 --pixels 48 --repeat 2 -o pages/bench --quiet || [ $? = 1 ]
+# Two frames, and a third without its second view: a flagged gap.
+for frame in 1 2; do cp pages/xrays/drr_AP.tif pages/AP.$frame.tif; cp pages/xrays/drr_LAT.tif pages/LAT.$frame.tif; done
+cp pages/xrays/drr_AP.tif pages/AP.3.tif
+"$raylign" track --attenuation --bone upper=pages/spine.mha --bone lower=pages/spine.mha --joint upper,lower --views pages/geometry.json \
+    --frames AP=pages/AP.%d.tif --frames LAT=pages/LAT.%d.tif --start pages/truth.json -o pages/track --quiet || [ $? = 1 ]
 cp pages/register/report.html pages/register/register.html
-"$node" driver/open_report.mjs "$chromium" shots pages/register/register.html pages/study/study.html pages/compare/compare.html pages/bench/bench.html
+"$node" driver/open_report.mjs "$chromium" shots pages/register/register.html pages/study/study.html pages/compare/compare.html pages/bench/bench.html pages/track/track.html
