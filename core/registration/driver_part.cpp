@@ -12,17 +12,22 @@ namespace {
 
 // A global search has more wrong places to tell from the right one: on a real wrist the template of the right pose
 // ranked between 10th and 400th.
-constexpr std::size_t kTemplates = 2048, kJudgedNear = 256, kJudgedGlobal = 768, kKept = 48, kFewer = 16,
+constexpr std::size_t kTemplates = 2048, kJudgedNear = 128, kJudgedGlobal = 768, kKept = 24, kFewer = 16,
                       kFinalists = 6;
 constexpr int kFirstIterations = 5, kIterations = 15;
+constexpr double kHopeless = 0.15;       // of cost, above the best
 constexpr double kDistinct_px = 3;       // ends closer than this are the same
 constexpr double kLeastTemplate_px = 5;  // of the object's thickness: a speck fits everywhere
 constexpr double kNearTurn_deg = 60, kGlobalTurn_deg = 45;
 /// Of the object on usable pixels: a sliver of it fits an edge of the field of view better than any bone fits a bone.
 constexpr double kLeastSeen = 0.5;
 
-void keep_best(std::vector<Candidate>& candidates, std::size_t count) {
+/// Best first: at most `count`, none worse than the best by more than a finer level has been seen to make up for.
+void keep_best(std::vector<Candidate>& candidates, std::size_t count, double margin = 2) {
     if (candidates.size() > count) candidates.resize(count);
+    std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates.front().cost, margin](const Candidate& c) {
+        return c.cost > least + margin;
+    });
 }
 
 }  // namespace
@@ -47,9 +52,10 @@ void Driver::search_part(Search mode) {
         } else {
             candidates = judged(*level, candidates, kIterations);
         }
+        if (i > 0) keep_best(candidates, kFinalists, kHopeless);
         // Once more, on the pixels that they cover now.
         candidates = judged(*level, candidates, kIterations);
-        keep_best(candidates, i == 0 ? kFewer : kFinalists);
+        keep_best(candidates, i == 0 ? kFewer : kFinalists, kHopeless);
         result_.world_from_ct = candidates.front().world_from_ct;
         result_.cost_final = level->report().cost_final = candidates.front().cost;
         run_.done_work += level_work(levels[i]);
@@ -106,24 +112,24 @@ std::vector<Candidate> Driver::seen(std::vector<Candidate> candidates) const {
 }
 
 std::vector<Candidate> Driver::judged(Level& level, std::span<const Candidate> candidates, int iterations) {
-    Session& session = level.session();
-    const std::vector<Image> masks = weights_in_use(session);
-    const double px = 1 / level.plan().pixel_at_object_mm;
-    const std::vector<Image> even = local_normalisation(session, kNormalisation_mm * px);
-    LevelProblem problem = level.problem(run_.start, false);
-    problem.max_iterations = std::min(problem.max_iterations, iterations);
+    const double pixel_mm = level.plan().pixel_at_object_mm;
+    const std::vector<Image> even = local_normalisation(level.session(), kNormalisation_mm / pixel_mm);
     std::vector<Candidate> ends;
     for (const Candidate& candidate : candidates) {
-        std::vector<Image> weights = neighbourhood(session, candidate.world_from_ct, 0);
-        multiply(weights, even);
-        if (!leaves_enough(weights, masks)) continue;
-        session.set_weights(weights);
+        std::vector<Image> weights = even;
+        const std::unique_ptr<Session> session = level.cut_out(candidate.world_from_ct, weights);
+        if (!session) continue;
+        multiply(weights, neighbourhood(*session, candidate.world_from_ct, 0));
+        if (!leaves_enough(*session, weights)) continue;
+        session->set_weights(weights);
+        LevelProblem problem = level.problem(run_.start, false, *session);
+        problem.max_iterations = std::min(problem.max_iterations, iterations);
         const std::vector<Candidate> end = refined(problem, {&candidate, 1});
         ends.insert(ends.end(), end.begin(), end.end());
+        level.count(*session);
         run_.show_progress(level.index(), 0, candidate.cost);
     }
-    session.set_weights(masks);
-    ends = distinct(seen(std::move(ends)), run_.extent, kDistinct_px * level.plan().pixel_at_object_mm);
+    ends = distinct(seen(std::move(ends)), run_.extent, kDistinct_px * pixel_mm);
     if (ends.empty()) throw Error("search: no refined pose has a finite cost");
     return ends;
 }

@@ -83,11 +83,12 @@ Level::~Level() {
     RegistrationResult& result = run_.result;
     report_.volume_bytes = session_->volume_bytes();  // now that rays have asked for all copies that they need
     report_.volume_layout = session_->volume_layout();
-    report_.evaluations = session_->counters().evaluations;
-    report_.linearizations = session_->counters().linearizations;
+    add(counters_, session_->counters());
+    report_.evaluations = counters_.evaluations;
+    report_.linearizations = counters_.linearizations;
     report_.time_s = std::chrono::duration<double>(RunContext::Clock::now() - begin_).count();
     result.iterations += report_.iterations;
-    add(result.counters, session_->counters());
+    add(result.counters, counters_);
     add(result.timing, session_->timing());
     result.timing.prepare_s += run_.resident.take_prepare_s();
     result.levels.push_back(std::move(report_));
@@ -99,8 +100,32 @@ double Level::cost(const RigidTransform& world_from_ct) {
     return cost;
 }
 
-LevelProblem Level::problem(const RigidTransform& start, bool finest) {
-    return {.session = *session_,
+std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std::vector<Image>& images) {
+    std::vector<View> views;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        const PixelBox box =
+            reached_pixels(views_[v].geometry, run_.volume.grid, world_from_ct, 2 * plan_.filter.radius_px + 1);
+        if (((box.end - box.begin).array() <= 0).any()) return nullptr;
+        views.push_back(crop(views_[v], box));
+        View other = views_[v];
+        other.image = std::move(images[v]);
+        other.weights = {};
+        images[v] = crop(other, box).image;
+    }
+    try {
+        return run_.resident.session(plan_.volume_halvings, views, {run_.options.similarity.metric, plan_.filter});
+    } catch (const Error&) {
+        return nullptr;  // blank, or hardly a usable pixel
+    }
+}
+
+void Level::count(const Session& cut_out) {
+    add(counters_, cut_out.counters());
+    add(run_.result.timing, cut_out.timing());
+}
+
+LevelProblem Level::problem(const RigidTransform& start, bool finest, Session& session) {
+    return {.session = session,
             .start_world_from_ct = start,
             .extent = run_.extent,
             .pixel_at_object_mm = plan_.pixel_at_object_mm,

@@ -65,7 +65,16 @@ public:
     [[nodiscard]] int index() const { return index_; }
     [[nodiscard]] LevelReport& report() { return report_; }
     [[nodiscard]] double cost(const RigidTransform& world_from_ct);
-    [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest);
+    [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest) {
+        return problem(start, finest, *session_);
+    }
+    /// The same for a session cut from this level.
+    [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest, Session& session);
+    /// What the views show around the object at a pose, and nothing else: a small search has less to filter and sum
+    /// there. `images`, one per view, are cut alike. None where too little is left of a view. Count what it does by
+    /// count().
+    [[nodiscard]] std::unique_ptr<Session> cut_out(const RigidTransform& world_from_ct, std::vector<Image>& images);
+    void count(const Session& cut_out);
     /// The method of the run from `start`; records its steps, moves result.world_from_ct, adds to the report.
     LevelOutcome optimize(const RigidTransform& start, bool finest, double initial_step_mm);
     /// Throws Error where the DRR at the start misses a view.
@@ -81,6 +90,7 @@ private:
     int index_;
     std::vector<View> views_;
     std::unique_ptr<Session> session_;
+    SessionCounters counters_;  ///< of sessions cut from this level
     LevelReport report_;
     RunContext::Clock::time_point begin_ = RunContext::Clock::now();
 };

@@ -47,16 +47,11 @@ std::vector<Image> local_normalisation(const Session& session, double sigma_px) 
     return weights;
 }
 
-std::vector<Image> weights_in_use(const Session& session) {
-    std::vector<Image> masks;
-    for (std::size_t v = 0; v < session.view_count(); ++v) masks.push_back(session.fixed_channels(v).weights);
-    return masks;
-}
-
-bool leaves_enough(const std::vector<Image>& weights, const std::vector<Image>& masks) {
+bool leaves_enough(const Session& session, const std::vector<Image>& weights) {
     for (std::size_t v = 0; v < weights.size(); ++v) {
+        const std::vector<float>& mask = session.fixed_channels(v).weights.pixels;
         int left = 0;
-        for (std::size_t i = 0; i < masks[v].pixels.size(); ++i) left += weights[v].pixels[i] * masks[v].pixels[i] > 0;
+        for (std::size_t i = 0; i < mask.size(); ++i) left += weights[v].pixels[i] * mask[i] > 0;
         if (left < kMinPixels) return false;
     }
     return true;

@@ -15,11 +15,8 @@ namespace raylign {
 /// heart's outline then counts no more than the fine edges of a bone elsewhere; no pose has a part in it.
 [[nodiscard]] std::vector<Image> local_normalisation(const Session& session, double sigma_px);
 
-/// A copy of each view's weights.
-[[nodiscard]] std::vector<Image> weights_in_use(const Session& session);
-
-/// True where the product of both leaves every view as many pixels as a session asks for.
-[[nodiscard]] bool leaves_enough(const std::vector<Image>& weights, const std::vector<Image>& masks);
+/// True where these weights leave every view of the session as many usable pixels as set_weights asks for.
+[[nodiscard]] bool leaves_enough(const Session& session, const std::vector<Image>& weights);
 
 /// a *= b, image by image. Throws Error for sizes that disagree.
 void multiply(std::vector<Image>& a, const std::vector<Image>& b);

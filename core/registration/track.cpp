@@ -15,7 +15,7 @@ constexpr std::size_t kRemembered = 15, kFewest = 3;    // frames whose medians 
 constexpr double kFirstJump_mm = 20;                    // what a search near the prediction covers
 constexpr double kJumpFloor_mm = 3, kJumpFactor = 4;    // above the noise of a prediction; sudden starts of a motion
 constexpr double kMostGaps = 3;                         // beyond, a body has gone as far as it will
-constexpr double kCostFloor = 0.02, kCostShare = 0.15;  // noise; and how much costs change along a motion
+constexpr double kCostFloor = 0.03, kCostShare = 0.25;  // noise; and how much costs change along a motion
 constexpr double kSame_mm = 1;                          // ends of searches that confirm each other
 constexpr int kHopeless = 3, kRetry = 10;
 

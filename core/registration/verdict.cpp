@@ -8,11 +8,13 @@
 namespace raylign {
 namespace {
 
-constexpr double kWeakCost_whole = 0.5;      // a mean correlation below one half: the DRR explains too little
-constexpr double kWeakCost_part = 0.8;       // other tissue is expected, but this is what unrelated edges reach
-constexpr double kTestedShift_mm = 60;       // how far starts without a search have been tested
-constexpr double kTestedTurn_rad = 0.8;      // 45 degrees
-constexpr double kRivalMargin = 0.015;       // of cost: the gap that noise can close
+constexpr double kWeakCost_whole = 0.5;  // a mean correlation below one half: the DRR explains too little
+constexpr double kWeakCost_part = 0.8;   // other tissue is expected, but this is what unrelated edges reach
+constexpr double kTestedShift_mm = 60;   // how far starts without a search have been tested
+constexpr double kTestedTurn_rad = 0.8;  // 45 degrees
+constexpr double kRivalMargin = 0.015;   // of cost: the gap that noise can close
+/// After a search everywhere: of so many places two fit alike by chance, and right poses have led by 0.13 and more.
+constexpr double kRivalMargin_global = 0.05;
 constexpr int kFewestAgreeing = 2;           // a minimum that one start found is as likely a chance one
 constexpr double kLeastOverlap_part = 0.5;   // what a search asks for, too
 constexpr double kLeastOverlap_whole = 0.1;  // a CT may be much larger than the X-ray's field
@@ -70,8 +72,9 @@ void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& re
     if (result.search.starts > 1 && result.search.agreeing < kFewestAgreeing) {
         reasons.push_back("only one of " + std::to_string(result.search.refined) + " refined starts ended here");
     }
+    const bool anywhere = result.search.mode == Search::global && result.content == Content::part;
     for (const Rival& rival : result.search.rivals) {
-        if (rival.cost - result.search.cost > kRivalMargin) continue;
+        if (rival.cost - result.search.cost > (anywhere ? kRivalMargin_global : kRivalMargin)) continue;
         reasons.push_back("a rival explains the X-rays nearly as well: " + fixed(rival.shift_mm, 1) + " mm and " +
                           fixed(rival.rotation_deg, 1) + " deg away, cost " + fixed(rival.cost, 4) + " against " +
                           fixed(result.search.cost, 4));

@@ -82,7 +82,8 @@ TEST_F(TrackCommand, FollowsTwoBonesAndTellsTheirJoint) {
     for (const TrajectoryRow& row : rows) {
         const int frame = row.frame.frame;
         const bool is_gap = frame == 4 || frame == 6;
-        EXPECT_EQ(row.frame.status, is_gap ? TrackStatus::missing : TrackStatus::ok) << row.object << " " << frame;
+        EXPECT_EQ(row.frame.status, is_gap ? TrackStatus::missing : TrackStatus::ok)
+            << row.object << " " << frame << ": " << testing::PrintToString(row.frame.reasons);
         if (is_gap) continue;
         const bool femur = row.object == "femur";
         EXPECT_LT(centre_error_mm(row, femur ? TrackCase::femur(frame) : TrackCase::tibia(frame),
