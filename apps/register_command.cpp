@@ -15,6 +15,8 @@
 #include "core/error.h"
 #include "core/io/output.h"
 #include "core/io/pose_io.h"
+#include "core/registration/mirrored.h"
+#include "core/registration/resident_volume.h"
 
 namespace raylign::apps {
 namespace {
@@ -40,7 +42,14 @@ RegistrationResult run_with_progress(const RegisterInputs& inputs, const Registr
         return !interrupted();
     };
     try {
-        return register_volume(inputs.volume, inputs.views, inputs.start_world_from_ct, options, backend, report);
+        ResidentVolume volume(inputs.volume, options.render, backend);
+        RegistrationResult result = register_volume(volume, inputs.views, inputs.start_world_from_ct, options, report);
+        if (!result.ok && options.time_limit_s == 0) {
+            const auto mirrored =
+                mirror_suspicion(volume, inputs.views, inputs.start_world_from_ct, options, result, report);
+            if (mirrored) result.reasons.push_back(*mirrored);
+        }
+        return result;
     } catch (const Error& error) {
         if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();  // our words for it
         throw;

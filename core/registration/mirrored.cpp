@@ -1,0 +1,64 @@
+#include "core/registration/mirrored.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "core/registration/resident_volume.h"
+
+namespace raylign {
+namespace {
+
+constexpr double kWeakCost = 0.5;     // a right pose of a whole is below, and most of a part
+constexpr double kFarBetter = 0.15;   // of cost: what a mirror image of the same anatomy has been seen to lose
+constexpr unsigned kMostSubsets = 7;  // of three views
+
+void reverse_columns(Image& image) {
+    for (int y = 0; y < image.height; ++y) {
+        const auto row = image.pixels.begin() + static_cast<std::ptrdiff_t>(image.index(0, y));
+        std::reverse(row, row + image.width);
+    }
+}
+
+std::string names_of(std::span<const View> views, unsigned subset) {
+    std::string names;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        if (subset >> v & 1U) names += (names.empty() ? "" : ", ") + views[v].name;
+    }
+    return names;
+}
+
+}  // namespace
+
+View with_columns_reversed(View view) {
+    if (!view.image.empty()) reverse_columns(view.image);
+    if (!view.weights.empty()) reverse_columns(view.weights);
+    return view;
+}
+
+std::optional<std::string> mirror_suspicion(ResidentVolume& volume, std::span<const View> views,
+                                            const RigidTransform& start_world_from_ct,
+                                            const RegistrationOptions& options, const RegistrationResult& found,
+                                            const ProgressCallback& progress) {
+    if (std::ranges::none_of(found.view_costs, [](double cost) { return !(cost < kWeakCost); })) return std::nullopt;
+    const unsigned all = views.size() < 32 ? (1U << views.size()) - 1 : ~0U;
+    double best_cost = found.cost_final - kFarBetter;
+    unsigned best = 0;
+    for (unsigned subset = all <= kMostSubsets ? 1 : all; subset <= all && subset != 0; ++subset) {
+        std::vector<View> mirrored(views.begin(), views.end());
+        for (std::size_t v = 0; v < mirrored.size(); ++v) {
+            if (v >= 32 || subset >> v & 1U) mirrored[v] = with_columns_reversed(std::move(mirrored[v]));
+        }
+        const RegistrationResult other = register_volume(volume, mirrored, start_world_from_ct, options, progress);
+        if (!(other.cost_final < best_cost)) continue;
+        best_cost = other.cost_final;
+        best = subset;
+    }
+    if (best == 0) return std::nullopt;
+    char costs[64];
+    std::snprintf(costs, sizeof costs, "(cost %.2f against %.2f)", best_cost, found.cost_final);
+    return "with the columns of " + names_of(views, best) + " reversed the images fit far better " + costs +
+           ": mirrored? \"flip\": \"columns\" in views.json turns a view";
+}
+
+}  // namespace raylign
