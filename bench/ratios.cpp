@@ -6,11 +6,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <numeric>
 #include <string>
+#include <thread>
 
 #include "bench/bench_scene.h"
 #include "core/error.h"
@@ -51,18 +54,54 @@ struct Comparison {
     Work one, other;
 };
 
-void print(const Comparison& comparison, const std::vector<RigidTransform>& poses, int rounds) {
-    std::vector<double> one_s, other_s, ratio;
-    for (const RigidTransform& pose : poses) (void)comparison.one(pose), (void)comparison.other(pose);  // copies, pages
+/// All of them take turns on each pose.
+void print(std::span<const Comparison> comparisons, const std::vector<RigidTransform>& poses, int rounds) {
+    struct Times {
+        std::vector<double> one_s, other_s, ratio;
+    };
+    std::vector<Times> times(comparisons.size());
+    for (const RigidTransform& pose : poses) {  // copies, pages
+        for (const Comparison& comparison : comparisons) (void)comparison.one(pose), (void)comparison.other(pose);
+    }
     for (int round = 0; round < rounds; ++round) {
         for (const RigidTransform& pose : poses) {
-            one_s.push_back(comparison.one(pose));
-            other_s.push_back(comparison.other(pose));
-            ratio.push_back(one_s.back() / other_s.back());
+            for (std::size_t i = 0; i < comparisons.size(); ++i) {
+                times[i].one_s.push_back(comparisons[i].one(pose));
+                times[i].other_s.push_back(comparisons[i].other(pose));
+                times[i].ratio.push_back(times[i].one_s.back() / times[i].other_s.back());
+            }
         }
     }
-    std::printf("%-66s %8.2f ms %8.2f ms  ratio %.2f\n", comparison.what.c_str(), 1e3 * median(one_s),
-                1e3 * median(other_s), median(ratio));
+    for (std::size_t i = 0; i < comparisons.size(); ++i) {
+        std::printf("%-66s %8.2f ms %8.2f ms  ratio %.2f\n", comparisons[i].what.c_str(), 1e3 * median(times[i].one_s),
+                    1e3 * median(times[i].other_s), median(times[i].ratio));
+    }
+}
+
+/// `steps` multiply-adds on each of 32 numbers, which stay in registers: no memory to wait for.
+float multiply_adds(long steps) {
+    float values[32];
+    for (int i = 0; i < 32; ++i) values[i] = static_cast<float>(i);
+    for (long step = 0; step < steps; ++step) {
+        for (float& value : values) value = value * 0.999F + 0.001F;
+    }
+    return std::accumulate(std::begin(values), std::end(values), 0.F);
+}
+
+/// What two threads can gain on this machine at this moment: the same arithmetic on one thread or shared by two, about
+/// as long as a DRR.
+Work arithmetic(int threads) {
+    return [threads](const RigidTransform&) {
+        constexpr long kSteps = 3'500'000;
+        std::array<float, 2> results{};
+        const double taken_s = seconds([&] {
+            std::jthread other;
+            if (threads == 2) other = std::jthread([&] { results[1] = multiply_adds(kSteps / 2); });
+            results[0] = multiply_adds(kSteps / threads);
+        });
+        if (!(results[0] > 0 && results[0] < 33)) throw Error("arithmetic that is not done");
+        return taken_s;
+    };
 }
 
 class Engine {
@@ -157,17 +196,24 @@ void run(int voxels, int pixels, int pose_count, int rounds) {
     const BackendInfo info = create_backend("cpu").backend->info();
     std::printf("%s, %s, spine phantom %d^3, %d^2 pixels, %d poses over all orientations, %d rounds, two threads\n\n",
                 info.device.c_str(), info.instruction_set.c_str(), voxels, pixels, pose_count, rounds);
-    const Comparison comparisons[] = {
+    const Comparison derivatives[] = {
         {"DRR and its six derivative images : DRR", two.derivative_images(), two.drr()},
         {"linearize (cost, gradient, Gauss-Newton matrix) : DRR", two.linearize(), two.drr()},
         {"linearize : evaluate", two.linearize(), two.evaluate()},
+    };
+    const Comparison threads[] = {
+        {"arithmetic without memory, one thread : two", arithmetic(1), arithmetic(2)},
         {"DRR on one thread : on two", one.drr(), two.drr()},
         {"linearize on one thread : on two", one.linearize(), two.linearize()},
+    };
+    const Comparison projectors[] = {
         {"DRR trilinear (steps of half a voxel) : joseph", trilinear.drr(), two.drr()},
         {"trilinear, and its six derivative images : DRR", trilinear.derivative_images(), trilinear.drr()},
         {"DRR of int16 voxels : of float32", int16.drr(), two.drr()},
     };
-    for (const Comparison& comparison : comparisons) print(comparison, poses, rounds);
+    print(derivatives, poses, rounds);
+    print(threads, poses, rounds);
+    print(projectors, poses, rounds);
     print_setup(scene, poses);
     print_small_batches();
 }

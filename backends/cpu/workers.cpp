@@ -9,13 +9,15 @@
 
 namespace raylign::cpu {
 
+/// More than any option allows, and the same for all: the smallest of several such limits counts, and TBB complains on
+/// stderr about each arena beyond it.
+constexpr std::size_t kAnyNumber = 4096;
+
 struct Workers::Arena {
     explicit Arena(int threads) : arena(threads) {
-        if (threads > usable_cores()) more_than_cores.emplace(tbb::global_control::max_allowed_parallelism, threads);
+        if (threads > usable_cores()) more_than_cores.emplace(tbb::global_control::max_allowed_parallelism, kAnyNumber);
     }
-    // TBB stops at the number of cores unless told. The smallest of several such limits counts, so ask only where
-    // needed.
-    std::optional<tbb::global_control> more_than_cores;
+    std::optional<tbb::global_control> more_than_cores;  // TBB stops at the number of cores unless told
     tbb::task_arena arena;
 };
 

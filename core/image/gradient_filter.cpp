@@ -9,17 +9,20 @@
 namespace raylign {
 namespace {
 
-/// out(x, y) = sum_k taps[k] in(x + k dx, y + k dy), coordinates clamped to the image. Double sums, float result.
+/// out(x, y) = sum_k taps[k] in(x + k dx, y + k dy), coordinates clamped to the image. Double sums, float result. Taps
+/// k and -k are added as a pair: those of a derivative cancel exactly where the image does not change, and no rounding
+/// is left that would pass for a channel to compare.
 Image correlate(const Image& in, const std::vector<double>& taps, int dx, int dy) {
     const int radius = static_cast<int>(taps.size() / 2);
     Image out(in.width, in.height);
     for (int y = 0; y < in.height; ++y) {
         for (int x = 0; x < in.width; ++x) {
-            double sum = 0;
-            for (int k = -radius; k <= radius; ++k) {
-                sum += taps[k + radius] *
+            const auto weighted = [&](int k) {
+                return taps[k + radius] *
                        in(std::clamp(x + k * dx, 0, in.width - 1), std::clamp(y + k * dy, 0, in.height - 1));
-            }
+            };
+            double sum = weighted(0);
+            for (int k = 1; k <= radius; ++k) sum += weighted(k) + weighted(-k);
             out(x, y) = static_cast<float>(sum);
         }
     }

@@ -9,6 +9,7 @@
 
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tolerances.h"
 
 namespace raylign {
 namespace {
@@ -60,6 +61,57 @@ TEST_P(BackendBadInput, PosesMustBeFiniteWhateverIsAsked) {
             EXPECT_THAT(message_of([&] { (void)session->moment_sums(poses); }), testing::HasSubstr("pose 1"));
             EXPECT_THAT(message_of([&] { (void)session->render(pose, 0); }), testing::HasSubstr("must be finite"));
         }
+    }
+}
+
+TEST_P(BackendBadInput, ASourceFartherThanNumbersReachIsRefused) {
+    // A step of half a voxel is lost in the rounding of 1e17 voxels: samples could not be counted.
+    for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
+        const auto session = prepare({projector, 0});
+        std::vector<double> cost(2);
+        for (const double far_mm : {1e11, -1e17, 1e300}) {
+            const std::vector<RigidTransform> poses = {{}, RigidTransform::translate({0, far_mm, 0})};
+            EXPECT_THAT(message_of([&] { session->evaluate(poses, cost); }),
+                        testing::AllOf(testing::HasSubstr("pose 1"), testing::HasSubstr("below 1e9 voxels")));
+            EXPECT_THAT(message_of([&] { (void)session->render(poses[1], 0); }),
+                        testing::HasSubstr("source and volume"));
+        }
+        const std::vector<RigidTransform> near = {{}, RigidTransform::translate({1e9, 0, 0})};
+        session->evaluate(near, cost);
+        EXPECT_EQ(cost[1], 1) << "as far away as that nothing is seen";
+    }
+}
+
+TEST_P(BackendBadInput, ARotationCentreMustBeFinite) {
+    if (!backend_->info().has_derivatives) GTEST_SKIP() << GetParam() << " has no derivatives";
+    const auto session = prepare();
+    const RigidTransform pose = test::oblique_pose();
+    Linearization result;
+    for (const double bad : {kNan, kInf}) {
+        EXPECT_THAT(message_of([&] {
+                        session->linearize({&pose, 1}, {0, bad, 0}, {&result, 1});
+                    }),
+                    testing::HasSubstr("rotation centre"));
+    }
+}
+
+TEST_P(BackendBadInput, OneRowOfPixelsHasNoGradientAcrossItAndSaysSo) {
+    const Phantom phantom = spine_phantom({160, 160, 160});
+    for (const Eigen::Vector2i& size_px : {Eigen::Vector2i(70, 1), Eigen::Vector2i(1, 70)}) {
+        for (View& view : views_) {
+            view.geometry.camera =
+                camera_from_pitch(size_px, 1500, {3, 3}, (size_px.cast<double>() - Eigen::Vector2d::Ones()) / 2);
+            view.image = exact_drr(phantom, view.geometry, test::oblique_pose());
+        }
+        EXPECT_THAT(refusal(), testing::HasSubstr("the image is constant"));
+        const auto session = backend_->prepare({volume_, views_, {}, {Metric::ncc, {}}});
+        const RigidTransform pose = test::oblique_pose();
+        const auto oracle = create_backend("reference").backend->prepare({volume_, views_, {}, {Metric::ncc, {}}});
+        double cost = 0, expected = 0;
+        session->evaluate({&pose, 1}, {&cost, 1});
+        oracle->evaluate({&pose, 1}, {&expected, 1});
+        EXPECT_NEAR(cost, expected, test::kCost) << "the image itself can be compared";
+        EXPECT_LT(cost, 0.9);
     }
 }
 

@@ -30,10 +30,15 @@ inline std::vector<NamedScene> parity_scenes() {
         {view_along(rotation(70, 25, 40), {60, 50}, 1.7)});
     add("one_voxel_thick", random_volume({40, 40, 1}, {1, 1, 2}, 6),
         {view_along(rotation(20, 30, 10), {40, 40}, 1.6), view_along(rotation(85, 3, 2), {40, 40}, 1.6)});
+    add("one_voxel_thick_along_x", random_volume({1, 37, 40}, {1.5, 1, 1}, 20),
+        {view_along(rotation(10, 80, 5), {40, 40}, 1.6), view_along(rotation(20, 10, 5), {40, 40}, 1.6)});
+    add("one_voxel_thick_along_y_edge_on", random_volume({40, 1, 37}, {1, 1.5, 1}, 21),
+        {view_along(rotation(5, 8, 3), {40, 40}, 1.6), view_along(rotation(85, 3, 2), {40, 40}, 1.6)});
     add("one_voxel", random_volume({1, 1, 1}, {5, 6, 7}, 7), {view_along(rotation(20, 30, 10), {21, 21}, 1)});
     add("one_row", cube(30, 8),
         {view_along(rotation(20, 30, 10), {50, 1}, 1), view_along(rotation(20, 30, 10), {1, 50}, 1),
          view_along(rotation(20, 30, 10), {1, 1}, 1)});
+    add("one_column", cube(30, 22), {view_along(rotation(20, 30, 10), {1, 53}, 1)});
     add("missing_rays", cube(20, 9),
         {view_along(rotation(20, 30, 10), {60, 60}, 4), view_along(rotation(20, 30, 10), {30, 30}, 1.6)});
     scenes.back().views[1].geometry.camera_from_world.translation_mm.x() = 400;

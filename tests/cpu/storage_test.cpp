@@ -53,6 +53,25 @@ TEST_P(CpuInt16, CostEqualsReference) {
     for (std::size_t i = 0; i < poses.size(); ++i) EXPECT_TRUE(std::abs(costs[i] - truth[i]) <= kCost) << "pose " << i;
 }
 
+/// A millionth of the image's size is a thousandth of the slopes of noise, which are differences of its voxels.
+TEST_P(CpuInt16, LinearizationEqualsReference) {
+    add_images(named_, pose_near_identity(5, 0.3));
+    for (const Metric metric : {Metric::gc, Metric::ncc}) {
+        const Scene scene = named_.scene(projector_, {metric, {1.5, 4}});
+        auto session = make_cpu_backend(options_)->prepare(scene);
+        auto reference = make_reference_backend()->prepare(scene);
+        const std::vector<RigidTransform> poses = {{}, pose_near_identity(30), pose_near_identity(31)};
+        std::vector<Linearization> found(poses.size()), truth(poses.size());
+        session->linearize(poses, {2, -3, 1}, found);
+        reference->linearize(poses, {2, -3, 1}, truth);
+        for (std::size_t i = 0; i < poses.size(); ++i) {
+            EXPECT_TRUE(std::abs(found[i].cost - truth[i].cost) <= kCost) << "pose " << i;
+            EXPECT_LT((found[i].gradient - truth[i].gradient).norm(), 1e-3 * truth[i].gradient.norm()) << "pose " << i;
+            EXPECT_LT((found[i].curvature - truth[i].curvature).norm(), 1e-3 * truth[i].curvature.norm()) << i;
+        }
+    }
+}
+
 TEST_P(CpuInt16, TakesHalfTheMemory) {
     options_.storage = "float32";
     named_.volume = random_volume({70, 70, 64}, {1, 1, 1}, 21);
