@@ -84,7 +84,8 @@ Json history(const RegistrationResult& result) {
 Json view_costs(const RegisterRun& run) {
     Json list = Json::array();
     for (std::size_t i = 0; i < run.result.view_costs.size(); ++i) {
-        list.push_back({{"name", run.inputs.views[i].name}, {"cost", run.result.view_costs[i]},
+        list.push_back({{"name", run.inputs.views[i].name},
+                        {"cost", run.result.view_costs[i]},
                         {"overlap", run.result.overlap[i]}});
     }
     return list;

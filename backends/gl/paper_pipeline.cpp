@@ -24,11 +24,15 @@ struct DrawData {
 };
 static_assert(sizeof(DrawData) == 112);
 
-/// Distances from the source that the box may lie at, as numbers of steps. A point's distance is at least its depth.
+/// Distances from the source that the box may lie at, as numbers of steps. A point's distance is at least its depth,
+/// and at least that of the box's closest point.
 PaperPipeline::SliceRange shells(const RayFrame& frame, const VoxelGrid& grid, const VoxelBox& box, double step_mm) {
     Eigen::Matrix3d voxel_from_ray;
     voxel_from_ray << frame.direction_voxel, frame.step_u_voxel, frame.step_v_voxel;
     const Eigen::RowVector3d depth_row = voxel_from_ray.inverse().row(0);
+    const Eigen::Vector3d low = (box.first - Eigen::Vector3i::Ones()).cast<double>();
+    const Eigen::Vector3d high = (box.first + box.size).cast<double>();
+    const Eigen::Vector3d closest = frame.source_voxel.cwiseMax(low).cwiseMin(high) - frame.source_voxel;
     double nearest_mm = 1e300, farthest_mm = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const Eigen::Vector3i upper(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
@@ -39,8 +43,10 @@ PaperPipeline::SliceRange shells(const RayFrame& frame, const VoxelGrid& grid, c
         farthest_mm = std::max(farthest_mm, grid.spacing_mm.cwiseProduct(way).norm());
     }
     if (nearest_mm > frame.depth_max_mm) return {0, 0};
-    return {static_cast<int>(std::max(0.0, std::floor(nearest_mm / step_mm - 0.5))),
-            static_cast<int>(std::ceil(farthest_mm / step_mm)) + 1};
+    nearest_mm = std::max(nearest_mm, grid.spacing_mm.cwiseProduct(closest).norm());  // far to a side: little depth
+    constexpr double kMostSteps = 2e9;  // an int holds them; so far away nothing is seen
+    return {static_cast<int>(std::clamp(std::floor(nearest_mm / step_mm - 0.5), 0.0, kMostSteps)),
+            static_cast<int>(std::min(std::ceil(farthest_mm / step_mm), kMostSteps)) + 1};
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 #include "core/registration/mirrored.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <array>
+#include <charconv>
 #include <vector>
 
 #include "core/registration/resident_volume.h"
@@ -26,6 +27,12 @@ std::string names_of(std::span<const View> views, unsigned subset) {
         if (subset >> v & 1U) names += (names.empty() ? "" : ", ") + views[v].name;
     }
     return names;
+}
+
+std::string two_digits(double value) {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 2);
+    return {text.data(), end.ptr};
 }
 
 }  // namespace
@@ -55,10 +62,9 @@ std::optional<std::string> mirror_suspicion(ResidentVolume& volume, std::span<co
         best = subset;
     }
     if (best == 0) return std::nullopt;
-    char costs[64];
-    std::snprintf(costs, sizeof costs, "(cost %.2f against %.2f)", best_cost, found.cost_final);
-    return "with the columns of " + names_of(views, best) + " reversed the images fit far better " + costs +
-           ": mirrored? \"flip\": \"columns\" in views.json turns a view";
+    return "with the columns of " + names_of(views, best) + " reversed the images fit far better (cost " +
+           two_digits(best_cost) + " against " + two_digits(found.cost_final) +
+           "): mirrored? \"flip\": \"columns\" in views.json turns a view";
 }
 
 }  // namespace raylign

@@ -110,7 +110,7 @@ TEST_P(BackendBadInput, OneRowOfPixelsHasNoGradientAcrossItAndSaysSo) {
         double cost = 0, expected = 0;
         session->evaluate({&pose, 1}, {&cost, 1});
         oracle->evaluate({&pose, 1}, {&expected, 1});
-        EXPECT_NEAR(cost, expected, test::kCost) << "the image itself can be compared";
+        EXPECT_NEAR(cost, expected, 1e-4) << "the image itself can be compared";  // 70 pixels average little away
         EXPECT_LT(cost, 0.9);
     }
 }
