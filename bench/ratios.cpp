@@ -104,6 +104,15 @@ Work arithmetic(int threads) {
     };
 }
 
+/// All poses one after the other, as a registration asks for them: the other thread has no time to fall asleep.
+Work all_of(const std::vector<RigidTransform>& poses, const Work& work) {
+    return [&poses, work](const RigidTransform&) {
+        double sum_s = 0;
+        for (const RigidTransform& pose : poses) sum_s += work(pose);
+        return sum_s;
+    };
+}
+
 class Engine {
 public:
     Engine(const BenchScene& scene, int threads, Projector projector = Projector::joseph,
@@ -206,6 +215,11 @@ void run(int voxels, int pixels, int pose_count, int rounds) {
         {"DRR on one thread : on two", one.drr(), two.drr()},
         {"linearize on one thread : on two", one.linearize(), two.linearize()},
     };
+    const Comparison in_turn[] = {
+        {"DRRs one after the other, one thread : two", all_of(poses, one.drr()), all_of(poses, two.drr())},
+        {"linearize one after the other, one thread : two", all_of(poses, one.linearize()),
+         all_of(poses, two.linearize())},
+    };
     const Comparison projectors[] = {
         {"DRR trilinear (steps of half a voxel) : joseph", trilinear.drr(), two.drr()},
         {"trilinear, and its six derivative images : DRR", trilinear.derivative_images(), trilinear.drr()},
@@ -213,6 +227,7 @@ void run(int voxels, int pixels, int pose_count, int rounds) {
     };
     print(derivatives, poses, rounds);
     print(threads, poses, rounds);
+    print(in_turn, {poses.front()}, 2 * rounds + 1);
     print(projectors, poses, rounds);
     print_setup(scene, poses);
     print_small_batches();

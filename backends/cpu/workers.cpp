@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
 #include <optional>
 
 namespace raylign::cpu {
@@ -29,12 +30,15 @@ void Workers::run(std::size_t count, const void* object, void (*turn)(const void
         for (std::size_t i = 0; i < count; ++i) turn(object, i, 0);
         return;
     }
+    // In order, each turn to the thread that is free: threads on neighbouring tiles share voxels in the cache, while
+    // TBB's halves of the range make two threads read 10 % more slowly than one (256^3, 256^2).
+    std::atomic<std::size_t> next = 0;
     arena_->arena.execute([&] {
         tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(0, count, 1),
-            [&](const tbb::blocked_range<std::size_t>& range) {
+            0, threads_,
+            [&](int) {
                 const int slot = tbb::this_task_arena::current_thread_index();
-                for (std::size_t i = range.begin(); i != range.end(); ++i) turn(object, i, slot);
+                for (std::size_t i = next++; i < count; i = next++) turn(object, i, slot);
             },
             tbb::simple_partitioner());
     });

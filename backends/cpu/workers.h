@@ -13,8 +13,8 @@ public:
 
     [[nodiscard]] int threads() const { return threads_; }
 
-    /// Calls turn(i, slot) for every i in [0, count). Turns that run at the same time have different slots in [0,
-    /// threads()).
+    /// Calls turn(i, slot) for every i in [0, count), begun in this order. Turns that run at the same time have
+    /// different slots in [0, threads()).
     template <class Turn>
     void run(std::size_t count, const Turn& turn) {
         run(count, &turn,
