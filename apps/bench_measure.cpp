@@ -1,9 +1,9 @@
 #include "apps/bench_measure.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "apps/clock.h"
 #include "apps/interrupt.h"
 #include "apps/simulated_views.h"
 #include "core/error.h"
@@ -15,13 +15,9 @@
 namespace raylign::apps {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr double kPhantomSide_mm = 160;
 constexpr double kPhotons = 50000;
 constexpr double kStartMtre_mm = 8;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Away from every symmetry of grid and cameras.
 RigidTransform oblique_pose() {

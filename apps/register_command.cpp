@@ -1,6 +1,6 @@
-#include <chrono>
 #include <iostream>
 
+#include "apps/clock.h"
 #include "apps/commands.h"
 #include "apps/help.h"
 #include "apps/interrupt.h"
@@ -20,10 +20,6 @@
 
 namespace raylign::apps {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 std::vector<std::string> output_file_names(const std::vector<View>& views) {
     std::vector<std::string> names{"pose.json", "pose.tfm", "report.json", "report.html"};

@@ -48,9 +48,9 @@ std::string confidence_lines(const RegistrationResult& result) {
     }
     const SearchReport& s = result.search;
     if (s.starts > 0) {
-        text += line("search", format("%s: %d starts, %d refined, %d ended here, %zu rivals",
-                                      std::string(search_name(s.mode)).c_str(), s.starts, s.refined, s.agreeing,
-                                      s.rivals.size()));
+        text += line("search", format("%s: %s starts, %d refined, %d ended here, %zu rivals",
+                                      std::string(search_name(s.mode)).c_str(), std::to_string(s.starts).c_str(),
+                                      s.refined, s.agreeing, s.rivals.size()));
     }
     for (const std::string& decision : result.decisions) text += line("decided", decision);
     return text;

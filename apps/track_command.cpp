@@ -1,8 +1,8 @@
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <iostream>
 
+#include "apps/clock.h"
 #include "apps/commands.h"
 #include "apps/help.h"
 #include "apps/interrupt.h"
@@ -14,10 +14,6 @@
 
 namespace raylign::apps {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 std::vector<std::string> output_file_names(const TrackInputs& inputs) {
     std::vector<std::string> names{"trajectory.csv", "track.json", "track.html", TrackJournal::kName,

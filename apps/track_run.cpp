@@ -2,22 +2,15 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <system_error>
 
+#include "apps/clock.h"
 #include "apps/interrupt.h"
 #include "core/error.h"
 
 namespace raylign::apps {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-}  // namespace
-
 TrackJournal::TrackJournal(const std::filesystem::path& folder, const std::vector<std::string>& view_names)
     : file_(folder / kName), view_count_(view_names.size()) {
     std::error_code ignored;  // there may be none

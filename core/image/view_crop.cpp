@@ -6,8 +6,6 @@
 #include "core/error.h"
 
 namespace raylign {
-namespace {
-
 Image crop(const Image& image, const PixelBox& box) {
     if (image.empty()) return {};
     Image cut(box.end.x() - box.begin.x(), box.end.y() - box.begin.y());
@@ -16,8 +14,6 @@ Image crop(const Image& image, const PixelBox& box) {
     }
     return cut;
 }
-
-}  // namespace
 
 View crop(const View& view, const PixelBox& box) {
     const Eigen::Vector2i& size = view.geometry.camera.size_px;

@@ -10,6 +10,9 @@ struct PixelBox {
     Eigen::Vector2i begin = Eigen::Vector2i::Zero(), end = Eigen::Vector2i::Zero();
 };
 
+/// The pixels of `box`, which lies inside the image; an empty image stays empty.
+[[nodiscard]] Image crop(const Image& image, const PixelBox& box);
+
 /// The pixels of `box` as a view of its own: image and weights cut, the principal point moved, every ray where it was.
 /// Throws Error for a box that is empty or reaches beyond the detector.
 [[nodiscard]] View crop(const View& view, const PixelBox& box);

@@ -15,15 +15,17 @@ namespace {
 constexpr std::size_t kTemplates = 2048, kJudgedNear = 128, kJudgedGlobal = 768, kKept = 24, kFewer = 16,
                       kFinalists = 6;
 constexpr int kFirstIterations = 5, kIterations = 15;
-constexpr double kHopeless = 0.15;       // of cost, above the best
-constexpr double kDistinct_px = 3;       // ends closer than this are the same
+constexpr double kHopeless = 0.15;  // of cost, above the best: more than a finer level has been seen to make up for
+constexpr double kAny = 2;          // the largest difference of costs
+constexpr double kDistinct_px = 3;  // ends closer than this are the same
 constexpr double kLeastTemplate_px = 5;  // of the object's thickness: a speck fits everywhere
+constexpr double kMostReach_px = 60;     // at full resolution: 900,000 places an orientation
 constexpr double kNearTurn_deg = 60, kGlobalTurn_deg = 45;
 /// Of the object on usable pixels: a sliver of it fits an edge of the field of view better than any bone fits a bone.
 constexpr double kLeastSeen = 0.5;
 
-/// Best first: at most `count`, none worse than the best by more than a finer level has been seen to make up for.
-void keep_best(std::vector<Candidate>& candidates, std::size_t count, double margin = 2) {
+/// Of candidates in order at most `count`, none worse than the best by more than `margin`.
+void keep_best(std::vector<Candidate>& candidates, std::size_t count, double margin) {
     if (candidates.size() > count) candidates.resize(count);
     std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates.front().cost, margin](const Candidate& c) {
         return c.cost > least + margin;
@@ -46,16 +48,12 @@ void Driver::search_part(Search mode) {
     for (std::size_t i = 0; i < levels.size(); ++i) {
         auto level = std::make_unique<Level>(run_, levels[i], Content::part, focus_of(mode));
         level->report().cost_initial = level->cost(run_.start);
-        if (i == 0) {
-            candidates = judged(*level, candidates, kFirstIterations);
-            keep_best(candidates, kKept);
-        } else {
-            candidates = judged(*level, candidates, kIterations);
-        }
-        if (i > 0) keep_best(candidates, kFinalists, kHopeless);
+        const bool first = i == 0;
+        candidates = judged(*level, candidates, first ? kFirstIterations : kIterations);
+        keep_best(candidates, first ? kKept : kFinalists, first ? kAny : kHopeless);
         // Once more, on the pixels that they cover now.
         candidates = judged(*level, candidates, kIterations);
-        keep_best(candidates, i == 0 ? kFewer : kFinalists, kHopeless);
+        keep_best(candidates, first ? kFewer : kFinalists, kHopeless);
         result_.world_from_ct = candidates.front().world_from_ct;
         result_.cost_final = level->report().cost_final = candidates.front().cost;
         run_.done_work += level_work(levels[i]);
@@ -74,7 +72,8 @@ void Driver::search_part(Search mode) {
 std::vector<Candidate> Driver::template_candidates(LevelPlan plan, Search mode) {
     const bool near = mode == Search::near;
     // Everywhere in the field of view is much to look at: half the resolution, if the object's shape survives it.
-    if (!near && run_.extent.thickness_mm >= 2 * kLeastTemplate_px * plan.pixel_at_object_mm) {
+    const bool wide = !near || range_mm() > kMostReach_px * plan.pixel_at_object_mm;
+    if (wide && run_.extent.thickness_mm >= 2 * kLeastTemplate_px * plan.pixel_at_object_mm) {
         ++plan.volume_halvings;
         for (int& halvings : plan.image_halvings) ++halvings;
         plan.pixel_at_object_mm *= 2;
@@ -95,7 +94,7 @@ std::vector<Candidate> Driver::template_candidates(LevelPlan plan, Search mode) 
                                            });
     std::vector<Candidate> candidates =
         distinct(seen(std::move(fits.best)), run_.extent, kDistinct_px * plan.pixel_at_object_mm);
-    keep_best(candidates, near ? kJudgedNear : kJudgedGlobal);
+    keep_best(candidates, near ? kJudgedNear : kJudgedGlobal, kAny);
     result_.search.starts = fits.tried;
     result_.search.refined = static_cast<int>(candidates.size());
     run_.done_work += level_work(plan);
@@ -116,8 +115,8 @@ std::vector<Candidate> Driver::judged(Level& level, std::span<const Candidate> c
     const std::vector<Image> even = local_normalisation(level.session(), kNormalisation_mm / pixel_mm);
     std::vector<Candidate> ends;
     for (const Candidate& candidate : candidates) {
-        std::vector<Image> weights = even;
-        const std::unique_ptr<Session> session = level.cut_out(candidate.world_from_ct, weights);
+        std::vector<Image> weights;
+        const std::unique_ptr<Session> session = level.cut_out(candidate.world_from_ct, even, weights);
         if (!session) continue;
         multiply(weights, neighbourhood(*session, candidate.world_from_ct, 0));
         if (!leaves_enough(*session, weights)) continue;

@@ -71,7 +71,7 @@ std::vector<Candidate> Driver::first_candidates(Level& level, const LevelProblem
     std::vector<Candidate> candidates = best_of(problem, starts, kRefined);
     if (candidates.empty()) throw Error("search: no pose gave a finite cost");
     result_.search.mode = mode;
-    result_.search.starts = static_cast<int>(starts.size());
+    result_.search.starts = std::ssize(starts);
     result_.search.refined = static_cast<int>(candidates.size());
     LevelProblem brief = problem;
     brief.max_iterations = std::min(problem.max_iterations, kFirstIterations);

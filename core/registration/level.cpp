@@ -100,21 +100,19 @@ double Level::cost(const RigidTransform& world_from_ct) {
     return cost;
 }
 
-std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std::vector<Image>& images) {
+std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std::span<const Image> images,
+                                        std::vector<Image>& cut) {
     std::vector<View> views;
     for (std::size_t v = 0; v < views_.size(); ++v) {
         const PixelBox box =
             reached_pixels(views_[v].geometry, run_.volume.grid, world_from_ct, 2 * plan_.filter.radius_px + 1);
-        if (((box.end - box.begin).array() <= 0).any()) return nullptr;
         views.push_back(crop(views_[v], box));
-        View other = views_[v];
-        other.image = std::move(images[v]);
-        other.weights = {};
-        images[v] = crop(other, box).image;
+        cut.push_back(crop(images[v], box));
     }
     try {
         return run_.resident.session(plan_.volume_halvings, views, {run_.options.similarity.metric, plan_.filter});
-    } catch (const Error&) {
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
         return nullptr;  // blank, or hardly a usable pixel
     }
 }

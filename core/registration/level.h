@@ -71,9 +71,10 @@ public:
     /// The same for a session cut from this level.
     [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest, Session& session);
     /// What the views show around the object at a pose, and nothing else: a small search has less to filter and sum
-    /// there. `images`, one per view, are cut alike. None where too little is left of a view. Count what it does by
-    /// count().
-    [[nodiscard]] std::unique_ptr<Session> cut_out(const RigidTransform& world_from_ct, std::vector<Image>& images);
+    /// there. `images`, one per view, are cut alike, into `cut`. None where too little is left of a view. Count what
+    /// it does by count().
+    [[nodiscard]] std::unique_ptr<Session> cut_out(const RigidTransform& world_from_ct, std::span<const Image> images,
+                                                   std::vector<Image>& cut);
     void count(const Session& cut_out);
     /// The method of the run from `start`; records its steps, moves result.world_from_ct, adds to the report.
     LevelOutcome optimize(const RigidTransform& start, bool finest, double initial_step_mm);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -101,7 +102,7 @@ struct Rival {
 
 struct SearchReport {
     Search mode = Search::none;  ///< what ran; never automatic
-    int starts = 0;              ///< poses tried
+    std::int64_t starts = 0;     ///< poses tried
     int refined = 0;             ///< of these, refined
     int agreeing = 0;            ///< refined ones that ended at the result
     double cost = 0;             ///< of the result where the finalists were compared

@@ -11,8 +11,8 @@
 namespace raylign {
 namespace {
 
-constexpr std::size_t kPeaks = 6;      // places kept per orientation
 constexpr double kLattice_rad = 0.2;   // side of the cubes of turns, two points each: none is more than 6.5 degrees off
+constexpr std::size_t kPeaks = 6;      // places kept per orientation
 constexpr double kApart_spacings = 3;  // between them
 constexpr float kSupportShare = 0.01F;     // of the template's largest energy: fainter pixels are left out
 constexpr float kEnergyFloorShare = 0.1F;  // of the view's mean energy: empty background must not fit everything
@@ -67,10 +67,12 @@ Eigen::Vector2i nearest_pixel(const View& view, const Eigen::Vector3d& point_wor
     return {static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y()))};
 }
 
-/// The places of a cubic lattice that all views see, and the window of each view that they fill.
-Places make_places(std::span<const View> views, const Eigen::Vector3d& centre_mm, double half_side_mm,
-                   double spacing_mm, std::vector<Target>& targets) {
+/// The places of a cubic lattice that all views see, within reach (0 = no limit), and the window of each view that they
+/// fill.
+Places make_places(std::span<const View> views, const Eigen::Vector3d& centre_mm, double reach_mm, double spacing_mm,
+                   std::vector<Target>& targets) {
     Places places;
+    const double half_side_mm = reach_mm > 0 ? reach_mm : field_mm(views, centre_mm) / 2;
     const int n = static_cast<int>(std::floor(half_side_mm / spacing_mm));
     std::vector<std::vector<Eigen::Vector2i>> pixels(views.size());
     const Eigen::Vector3d depth_axis = (centre_mm - source_world_mm(views.front().geometry)).normalized();
@@ -78,6 +80,7 @@ Places make_places(std::span<const View> views, const Eigen::Vector3d& centre_mm
         for (int y = -n; y <= n; ++y) {
             for (int x = -n; x <= n; ++x) {
                 const Eigen::Vector3d shift_mm = spacing_mm * Eigen::Vector3d(x, y, z);
+                if (reach_mm > 0 && shift_mm.norm() > reach_mm) continue;
                 const auto sees = [&](const View& view) { return is_seen(view, centre_mm + shift_mm); };
                 if (!std::ranges::all_of(views, sees)) continue;
                 if (views.size() == 1 && std::abs(depth_axis.dot(shift_mm)) > spacing_mm / 2) continue;
@@ -184,7 +187,7 @@ std::vector<Eigen::Vector3d> turns(double range_rad) {
 class TemplateSearch {
 public:
     TemplateSearch(Session& session, std::span<const View> views, const RigidTransform& nominal,
-                   const ObjectExtent& extent, const TemplateRange& range, double half_side_mm)
+                   const ObjectExtent& extent, const TemplateRange& range)
         : session_(session),
           views_(views),
           nominal_(nominal),
@@ -192,7 +195,7 @@ public:
           range_(range),
           centre_mm_(nominal * extent.centre_ct_mm) {
         for (std::size_t v = 0; v < views.size(); ++v) targets_.push_back(make_target(session.fixed_channels(v)));
-        places_ = make_places(views, centre_mm_, half_side_mm, range.spacing_mm, targets_);
+        places_ = make_places(views, centre_mm_, range.reach_mm, range.spacing_mm, targets_);
     }
 
     std::size_t place_count() const { return places_.shift_mm.size(); }
@@ -279,12 +282,11 @@ TemplateFits poses_by_templates(Session& session, std::span<const View> views, c
                                 const ObjectExtent& extent, const TemplateRange& range, std::size_t count, int threads,
                                 const std::function<void(double)>& progress) {
     const bool near = range.reach_mm > 0;
-    const double half_side_mm = near ? range.reach_mm : field_mm(views, nominal * extent.centre_ct_mm) / 2;
     const double turn_rad = near ? std::min(range.turn_rad, range.reach_mm / extent.radius_mm) : range.turn_rad;
-    const TemplateSearch search(session, views, nominal, extent, range, half_side_mm);
+    const TemplateSearch search(session, views, nominal, extent, range);
     const std::vector<Eigen::Vector3d> all = turns(turn_rad);
     TemplateFits fits;
-    fits.tried = static_cast<int>(all.size() * search.place_count());
+    fits.tried = static_cast<std::int64_t>(all.size() * search.place_count());
     for (std::size_t i = 0; i < all.size(); i += kChunk) {
         progress(static_cast<double>(i) / static_cast<double>(all.size()));
         const std::vector<Candidate> found =

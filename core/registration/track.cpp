@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/registration/number_text.h"
 #include "core/registration/search.h"
 
 namespace raylign {
@@ -36,12 +37,6 @@ double median(std::vector<double> values) {
 void push(std::vector<double>& values, double value) {
     values.push_back(value);
     if (values.size() > kRemembered) values.erase(values.begin());
-}
-
-std::string fixed(double value) {
-    const double tenths = std::round(value * 100) / 100;
-    std::string text = std::to_string(tenths);
-    return text.substr(0, text.find('.') + 3);
 }
 
 }  // namespace
@@ -189,12 +184,12 @@ void Tracker::judge(const Attempt& best, TrackFrame& found) const {
     if (found.status == TrackStatus::ok) return;
     found.reasons = best.result.reasons;
     if (best.jumped) {
-        found.reasons.push_back(fixed(best.jump_mm) + " mm from the prediction, more than " +
-                                fixed(jump_limit_mm(found.frame)) + " mm");
+        found.reasons.push_back(fixed(best.jump_mm, 2) + " mm from the prediction, more than " +
+                                fixed(jump_limit_mm(found.frame), 2) + " mm");
     }
     if (best.cost_jumped) {
-        found.reasons.push_back("the cost " + fixed(best.result.cost_final) +
-                                " is far above that of the frames before, " + fixed(median(costs_)));
+        found.reasons.push_back("the cost " + fixed(best.result.cost_final, 2) +
+                                " is far above that of the frames before, " + fixed(median(costs_), 2));
     }
 }
 

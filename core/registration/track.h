@@ -55,7 +55,7 @@ struct TrackFrame {
 /// Each frame starts from extrapolate() of the last tracked ones and is registered without a search. It is not believed
 /// where the verdict says no, where it lies farther from the prediction than max_jump_mm (by itself: 20 mm at the rim
 /// until three jumps and a velocity are known, then 3 mm + 4 x the median of the last 15; for every frame missed once
-/// more, up to three times), or where its cost exceeds the median m of the last 15 by more than 0.02 + 0.15 m. Then
+/// more, up to three times), or where its cost exceeds the median m of the last 15 by more than 0.03 + 0.25 m. Then
 /// wider searches around the prediction are tried, near to global, until one is believed; a jump that a search confirms
 /// is believed. After three frames that no search has helped, searches run for every tenth such frame only.
 class Tracker {

@@ -1,9 +1,9 @@
 #include "core/registration/verdict.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
+
+#include "core/registration/number_text.h"
 
 namespace raylign {
 namespace {
@@ -19,12 +19,6 @@ constexpr int kFewestAgreeing = 2;           // a minimum that one start found i
 constexpr double kLeastOverlap_part = 0.5;   // what a search asks for, too
 constexpr double kLeastOverlap_whole = 0.1;  // a CT may be much larger than the X-ray's field
 constexpr double kLargestRim_mm = 1.5;       // an expected error above this is not a registration
-
-std::string fixed(double value, int digits) {
-    std::array<char, 64> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, digits);
-    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(value);
-}
 
 void doubt_the_end(const RegistrationResult& result, std::vector<std::string>& reasons) {
     if (result.levels.empty()) return;

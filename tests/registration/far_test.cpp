@@ -66,6 +66,18 @@ TEST(PartOfTheXray, OneVertebraIsFoundAmongTheOthers) {
     EXPECT_GT(found.search.starts, 1000);
 }
 
+TEST(PartOfTheXray, AWideRangeIsSearchedToo) {
+    SpineCase c;
+    c.volume = one_vertebra(c.volume);
+    Twist away;
+    away << 0.2, -0.3, 0.2, 0, 0, 0;  // 55 mm and 24 degrees off: beyond the default range
+    const RigidTransform start = RigidTransform::translate({40, -35, 15}) * exp(away) * c.truth;
+    const RegistrationOptions options{.content = Content::part, .search = {.mode = Search::near, .range_mm = 90}};
+    const RegistrationResult found = c.run(start, options);
+    EXPECT_LT(c.mtre_mm(found.world_from_ct), 2);
+    EXPECT_GT(found.search.starts, 1000000);
+}
+
 TEST(PartOfTheXray, IsTakenAtItsWordWhenAskedFor) {
     SpineCase c;
     const RegistrationResult whole = c.run(c.truth, {.content = Content::whole});
