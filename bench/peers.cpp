@@ -132,6 +132,17 @@ Image render_own(Session& session, const RigidTransform& pose, std::size_t index
     return image;
 }
 
+/// raylign once more, with voxels of half the size.
+Peer int16_peer(const Volume& volume, const std::vector<View>& views, int threads) {
+    const std::shared_ptr<Session> session =
+        create_backend("cpu", {.threads = threads, .storage = "int16"}).backend->prepare({volume, views, {}, {}});
+    return {"raylign cpu, int16 voxels", [session](const ViewGeometry&, const RigidTransform& pose) {
+                Timing timing = make_timing("", 1);
+                Image image = render_own(*session, pose, 0, timing);
+                return TimedImage{std::move(image), timing.seconds.front()};
+            }};
+}
+
 /// All programs in turn on each pose. timings: raylign's, then one per peer.
 void measure_round(Session& session, const ViewGeometry& view, const std::vector<Peer>& peers,
                    const std::vector<RigidTransform>& poses, std::vector<Timing>& timings) {
@@ -201,7 +212,8 @@ int run(const Arguments& arguments) {
     const std::vector<View> views = {make_view(volume, arguments.pixels)};
     const TemporaryFolder folder;
     write_volume(folder.path / "volume.mha", volume);
-    const std::vector<Peer> peers = {plastimatch_peer(folder.path / "volume.mha", arguments.threads),
+    const std::vector<Peer> peers = {int16_peer(volume, views, arguments.threads),
+                                     plastimatch_peer(folder.path / "volume.mha", arguments.threads),
                                      itk_peer(volume, arguments.threads)};
     const auto backend = create_backend("cpu", {.threads = arguments.threads}).backend;
     const auto session = backend->prepare({volume, views, {}, {}});

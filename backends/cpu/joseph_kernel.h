@@ -166,12 +166,13 @@ private:
         const PlaneLayout& layout = job.layouts[axis];
         const double row_source = job.source[kAxisOrder[axis][1]], column_source = job.source[kAxisOrder[axis][2]];
         const TileBounds<Packet> bounds(packets, count);
+        const TileShape shape(job, axis);
         const int first = layout.begin[0] / kSlabPlanes;
         TileSlab<Packet> next(job, axis, bounds, first, 0);
         for (int slab = first; slab * kSlabPlanes < layout.end[0]; ++slab) {
             const TileSlab<Packet> tile = next;
             next = TileSlab<Packet>(job, axis, bounds, slab + 1, 0);
-            Prefetch<Voxel> prefetch(layout, next, count);
+            Prefetch<Voxel> prefetch(job, axis, shape, next, count);
             if (!tile.occupied) {
                 prefetch.all();
                 continue;

@@ -48,40 +48,108 @@ struct TileSlab {
     }
 };
 
+/// A tile's pixels on the planes of an axis: a parallelogram, bounded on each row by two pairs of parallel edges.
+struct TileShape {
+    /// Columns along one pair of edges, per row; from one edge of the pair to the other, per plane.
+    struct Edges {
+        bool bound = false;  ///< rows at all: edges along a row do not
+        double slope = 0, apart = 0;
+    };
+    double row, column;  ///< of the first corner, per plane
+    Edges edges[2];
+
+    TileShape(const CastJob& job, int axis) {
+        double r[3], c[3];
+        for (int corner = 0; corner < 3; ++corner) {
+            const double u = corner == 1 ? job.x1 - 1 : job.x0, v = corner == 2 ? job.y1 - 1 : job.y0;
+            const auto ray = [&](int i) { return job.direction[i] + u * job.step_u[i] + v * job.step_v[i]; };
+            r[corner] = ray(kAxisOrder[axis][1]) / ray(axis);
+            c[corner] = ray(kAxisOrder[axis][2]) / ray(axis);
+        }
+        row = r[0], column = c[0];
+        set_edges(edges[0], r[1] - r[0], c[1] - c[0], r[2] - r[0], c[2] - c[0]);
+        set_edges(edges[1], r[2] - r[0], c[2] - c[0], r[1] - r[0], c[1] - c[0]);
+    }
+
+private:
+    static void set_edges(Edges& edges, double row, double column, double other_row, double other_column) {
+        edges.bound = __builtin_fabs(row) > 0.05 * __builtin_fabs(column);
+        if (!edges.bound) return;
+        edges.slope = column / row;
+        edges.apart = other_column - other_row * edges.slope;
+    }
+};
+
 /// Brings the next slab's voxels of a tile into the L2 cache while the packets pass the present slab, each its share:
 /// rays jump from row to row and plane to plane, which no hardware prefetcher follows. 20 ms without it are 11 with it
-/// (256^3, 256^2, one Zen 4 core).
+/// (256^3, 256^2, one Zen 4 core). On each plane the rectangle around all that the tile meets in the slab; or, where
+/// two slabs of those would not leave room in the cache, the tile's shape row by row (512^3, 256^2: 46 ms become 34).
 template <class Voxel>
 struct Prefetch {
     static constexpr int kLine = 64 / sizeof(Voxel);
-    const Voxel* plane = nullptr;
-    std::ptrdiff_t plane_stride, row_stride;
-    int rows = 0, columns = 0, row = 0, left = 0, share = 0;
+    static constexpr std::ptrdiff_t kMostBytes = 512 << 10;  // of a slab of rectangles: half of an L2 cache
+    const PlaneLayout& layout;
+    const TileShape& shape;
+    double plane_source, row_source, column_source, low[2], high[2];
+    int row0, row_end, column0, column_end;  // the rectangle
+    int plane = 0, plane_end = 0, row = 0, share = 0;
+    bool exact = false;
+    const Voxel* line = nullptr;  // column 0 of the row
 
     template <class Slab>
-    Prefetch(const PlaneLayout& layout, const Slab& next, int packets)
-        : plane_stride(layout.plane_stride), row_stride(layout.row_stride) {
+    Prefetch(const CastJob& job, int axis, const TileShape& tile_shape, const Slab& next, int packets)
+        : layout(job.layouts[axis]),
+          shape(tile_shape),
+          plane_source(job.source[axis]),
+          row_source(job.source[kAxisOrder[axis][1]]),
+          column_source(job.source[kAxisOrder[axis][2]]) {
         if (!next.occupied || next.part.begin >= layout.end[0]) return;
-        const int row0 = floor_clamped(next.rows.low, layout.begin[1], layout.end[1]);
-        const int column0 = floor_clamped(next.columns.low, layout.begin[2], layout.end[2]);
-        rows = floor_clamped(next.rows.high + 2, layout.begin[1], layout.end[1]) - row0;
-        columns = floor_clamped(next.columns.high + 2, layout.begin[2], layout.end[2]) - column0 + kLine - 1;
-        plane = voxel_at<Voxel>(layout, next.part.begin, row0, column0);
-        left = (next.part.end - next.part.begin) * rows;
-        share = (left + packets - 1) / packets;
+        row0 = floor_clamped(next.rows.low, layout.begin[1], layout.end[1]);
+        row_end = floor_clamped(next.rows.high + 2, layout.begin[1], layout.end[1]);
+        column0 = floor_clamped(next.columns.low, layout.begin[2], layout.end[2]);
+        column_end = floor_clamped(next.columns.high + 2, layout.begin[2], layout.end[2]);
+        if (row0 >= row_end || column0 >= column_end) return;
+        plane = next.part.begin;
+        plane_end = next.part.end;
+        const std::ptrdiff_t area = std::ptrdiff_t{row_end - row0} * (column_end - column0);
+        exact = area * std::ptrdiff_t{kSlabPlanes * sizeof(Voxel)} > kMostBytes;
+        share = ((plane_end - plane) * (row_end - row0) + packets - 1) / packets;
+        begin_plane();
     }
 
+    // The loop stays here: in a function that did nothing else, GCC would find no effect and drop it.
     void some() {
-        for (int i = 0; i < share && left > 0; ++i, --left) {
-            const Voxel* line = plane + row * row_stride;
-            for (int column = 0; column < columns; column += kLine) __builtin_prefetch(line + column, 0, 2);
-            if (++row < rows) continue;
-            row = 0;
-            plane += plane_stride;
+        for (int i = 0; i < share && plane < plane_end; ++i) {
+            int begin = column0, end = column_end;
+            if (exact) {
+                const double a = row * shape.edges[0].slope, b = row * shape.edges[1].slope;
+                begin = floor_clamped(maximum(low[0] + a, low[1] + b), column0, column_end);
+                end = floor_clamped(minimum(high[0] + a, high[1] + b), column0, column_end);
+            }
+            for (int column = begin; column < end + kLine - 1; column += kLine) __builtin_prefetch(line + column, 0, 2);
+            line += layout.row_stride;
+            if (++row < row_end) continue;
+            if (++plane < plane_end) begin_plane();
         }
     }
     void all() {
-        while (left > 0) some();
+        while (plane < plane_end) some();
+    }
+
+private:
+    void begin_plane() {
+        row = row0;
+        line = voxel_at<Voxel>(layout, plane, row0, 0);
+        if (!exact) return;
+        const double d = plane - plane_source;
+        for (int i = 0; i < 2; ++i) {
+            const TileShape::Edges& edges = shape.edges[i];
+            const double start = column_source + d * shape.column - (row_source + d * shape.row) * edges.slope;
+            const double apart = edges.bound ? d * edges.apart : 0,
+                         slack = edges.bound ? __builtin_fabs(edges.slope) + 1 : 1e9;
+            low[i] = start + minimum(0, apart) - slack;
+            high[i] = start + maximum(0, apart) + slack + 1;
+        }
     }
 };
 

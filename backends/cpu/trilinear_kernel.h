@@ -74,12 +74,13 @@ private:
         const double plane_source = job.source[kAxisOrder[axis][0]], row_source = job.source[kAxisOrder[axis][1]],
                      column_source = job.source[kAxisOrder[axis][2]];
         const TileBounds<Packet> bounds(packets, count);
+        const TileShape shape(job, axis);
         const int first = layout.begin[0] / kSlabPlanes, last = (layout.end[0] + kSlabPlanes - 1) / kSlabPlanes;
         TileSlab<Packet> next(job, axis, bounds, first, 1);
         for (int slab = first; slab <= last; ++slab) {
             const TileSlab<Packet> tile = next;
             next = TileSlab<Packet>(job, axis, bounds, slab + 1, 1);
-            Prefetch<Voxel> prefetch(layout, next, count);
+            Prefetch<Voxel> prefetch(job, axis, shape, next, count);
             if (!tile.occupied) {
                 prefetch.all();
                 continue;
