@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/registration/driver.h"
+#include "core/registration/number_text.h"
 #include "core/registration/pixel_weights.h"
 #include "core/registration/template_search.h"
 
@@ -98,7 +99,12 @@ std::vector<Candidate> Driver::template_candidates(LevelPlan plan, Search mode) 
     result_.search.starts = fits.tried;
     result_.search.refined = static_cast<int>(candidates.size());
     run_.done_work += level_work(plan);
-    if (candidates.empty()) throw Error("search: no place where half of the object is seen in every view");
+    if (candidates.empty()) {
+        throw Error("search: no place " +
+                    (near ? "within " + fixed(range_mm(), 0) + " mm of the start " : std::string()) +
+                    "where every view shows half of the object" +
+                    (near ? ": is the start right? A global search needs no more of it than a rough orientation" : ""));
+    }
     level.report().cost_initial = level.report().cost_final = candidates.front().cost;
     return candidates;
 }

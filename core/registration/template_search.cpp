@@ -6,7 +6,6 @@
 #include <cmath>
 #include <thread>
 
-#include "core/error.h"
 
 namespace raylign {
 namespace {
@@ -90,7 +89,7 @@ Places make_places(std::span<const View> views, const Eigen::Vector3d& centre_mm
             }
         }
     }
-    if (places.shift_mm.empty()) throw Error("search: no place is seen by all views");
+    if (places.shift_mm.empty()) return places;
     for (std::size_t v = 0; v < views.size(); ++v) {
         Eigen::Vector2i low = pixels[v].front(), high = low;
         for (const Eigen::Vector2i& p : pixels[v]) low = low.cwiseMin(p), high = high.cwiseMax(p);
@@ -284,6 +283,7 @@ TemplateFits poses_by_templates(Session& session, std::span<const View> views, c
     const bool near = range.reach_mm > 0;
     const double turn_rad = near ? std::min(range.turn_rad, range.reach_mm / extent.radius_mm) : range.turn_rad;
     const TemplateSearch search(session, views, nominal, extent, range);
+    if (search.place_count() == 0) return {};
     const std::vector<Eigen::Vector3d> all = turns(turn_rad);
     TemplateFits fits;
     fits.tried = static_cast<std::int64_t>(all.size() * search.place_count());

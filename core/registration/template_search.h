@@ -33,8 +33,8 @@ struct TemplateFits {
 /// refinement. One view does not tell depth: then only places at the nominal depth are tried.
 ///
 /// Uses the session's weights. Gives the `count` best, no two of one orientation closer than three spacings; the same
-/// for any number of threads. `progress` is called now and then with the share done; it may throw to stop. Throws Error
-/// where no place is seen by all views.
+/// for any number of threads; none where the object's centre is seen by all views at no place. `progress` is called now
+/// and then with the share done; it may throw to stop.
 [[nodiscard]] TemplateFits poses_by_templates(Session& session, std::span<const View> views,
                                               const RigidTransform& nominal, const ObjectExtent& extent,
                                               const TemplateRange& range, std::size_t count, int threads,

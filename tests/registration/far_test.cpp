@@ -78,6 +78,19 @@ TEST(PartOfTheXray, AWideRangeIsSearchedToo) {
     EXPECT_GT(found.search.starts, 1000000);
 }
 
+TEST(PartOfTheXray, SaysSoWhereTheSearchSeesTooLittleOfIt) {
+    SpineCase c;
+    c.volume = one_vertebra(c.volume);
+    // Beside the detector by more than the search reaches: a sliver is still seen.
+    const RigidTransform start = RigidTransform::translate({0, 0, 118}) * c.truth;
+    try {
+        (void)c.run(start, {.content = Content::part, .search = {.mode = Search::near}});
+        FAIL() << "an error was expected";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("within 20 mm of the start"), std::string::npos) << error.what();
+    }
+}
+
 TEST(PartOfTheXray, IsTakenAtItsWordWhenAskedFor) {
     SpineCase c;
     const RegistrationResult whole = c.run(c.truth, {.content = Content::whole});
