@@ -50,13 +50,16 @@ Image enlarged_and_transposed(const Image& image, int factor) {
 /// Correlation with symmetric taps along x; the result is transposed, so that two calls smooth both ways.
 Image smoothed_and_transposed(const Image& image, const std::vector<double>& taps, int radius) {
     Image result(image.height, image.width);
+    std::vector<float> row(image.width + 2 * radius), sums(image.width);
     for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) {
-            double sum = 0;
-            for (int k = -radius; k <= radius; ++k)
-                sum += taps[k + radius] * image(std::clamp(x + k, 0, image.width - 1), y);
-            result(y, x) = static_cast<float>(sum);
+        for (int x = 0; x < image.width + 2 * radius; ++x)
+            row[x] = image(std::clamp(x - radius, 0, image.width - 1), y);
+        std::ranges::fill(sums, 0.F);
+        for (int k = 0; k <= 2 * radius; ++k) {  // tap by tap, as that takes several pixels at once
+            const auto tap = static_cast<float>(taps[k]);
+            for (int x = 0; x < image.width; ++x) sums[x] += tap * row[x + k];
         }
+        for (int x = 0; x < image.width; ++x) result(y, x) = sums[x];
     }
     return result;
 }

@@ -9,22 +9,45 @@
 namespace raylign {
 namespace {
 
-/// out(x, y) = sum_k taps[k] in(x + k dx, y + k dy), coordinates clamped to the image. Double sums, float result. Taps
-/// k and -k are added as a pair: those of a derivative cancel exactly where the image does not change, and no rounding
-/// is left that would pass for a channel to compare.
-Image correlate(const Image& in, const std::vector<double>& taps, int dx, int dy) {
+/// sum_k taps[k] rows[k](x) for a row of pixels, k = -radius .. radius. Double sums, float result. Taps k and -k are
+/// added as a pair: those of a derivative cancel exactly where the image does not change, and no rounding is left that
+/// would pass for a channel to compare. Pair by pair over the whole row, as that takes several pixels at once.
+template <class Row>
+void correlate_row(const Row& row, const std::vector<double>& taps, std::vector<double>& sums, float* out) {
+    const int radius = static_cast<int>(taps.size() / 2), width = static_cast<int>(sums.size());
+    const float* middle = row(0);
+    for (int x = 0; x < width; ++x) sums[x] = taps[radius] * middle[x];
+    for (int k = 1; k <= radius; ++k) {
+        const float *after = row(k), *before = row(-k);
+        const double tap_after = taps[radius + k], tap_before = taps[radius - k];
+        for (int x = 0; x < width; ++x) sums[x] += tap_after * after[x] + tap_before * before[x];
+    }
+    for (int x = 0; x < width; ++x) out[x] = static_cast<float>(sums[x]);
+}
+
+/// Along x; beyond the image its outermost pixels repeat.
+Image correlate_along_x(const Image& in, const std::vector<double>& taps) {
     const int radius = static_cast<int>(taps.size() / 2);
     Image out(in.width, in.height);
+    std::vector<float> padded(in.width + 2 * radius);
+    std::vector<double> sums(in.width);
     for (int y = 0; y < in.height; ++y) {
-        for (int x = 0; x < in.width; ++x) {
-            const auto weighted = [&](int k) {
-                return taps[k + radius] *
-                       in(std::clamp(x + k * dx, 0, in.width - 1), std::clamp(y + k * dy, 0, in.height - 1));
-            };
-            double sum = weighted(0);
-            for (int k = 1; k <= radius; ++k) sum += weighted(k) + weighted(-k);
-            out(x, y) = static_cast<float>(sum);
-        }
+        const float* pixels = &in.pixels[in.index(0, y)];
+        std::fill_n(padded.begin(), radius, pixels[0]);
+        std::copy_n(pixels, in.width, padded.begin() + radius);
+        std::fill_n(padded.begin() + radius + in.width, radius, pixels[in.width - 1]);
+        correlate_row([&](int k) { return &padded[radius + k]; }, taps, sums, &out.pixels[out.index(0, y)]);
+    }
+    return out;
+}
+
+/// Along y, likewise.
+Image correlate_along_y(const Image& in, const std::vector<double>& taps) {
+    Image out(in.width, in.height);
+    std::vector<double> sums(in.width);
+    for (int y = 0; y < in.height; ++y) {
+        correlate_row([&](int k) { return &in.pixels[in.index(0, std::clamp(y + k, 0, in.height - 1))]; }, taps, sums,
+                      &out.pixels[out.index(0, y)]);
     }
     return out;
 }
@@ -53,8 +76,9 @@ GradientTaps gradient_taps(const GradientFilter& filter) {
 }
 
 std::array<Image, 2> gradient_images(const Image& image, const GradientTaps& taps) {
-    return {correlate(correlate(image, taps.derivative, 1, 0), taps.smooth, 0, 1),
-            correlate(correlate(image, taps.smooth, 1, 0), taps.derivative, 0, 1)};
+    if (image.empty()) return {image, image};
+    return {correlate_along_y(correlate_along_x(image, taps.derivative), taps.smooth),
+            correlate_along_y(correlate_along_x(image, taps.smooth), taps.derivative)};
 }
 
 Image erode_weights(const Image& weights, int radius_px) {
