@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <iostream>
 
 #include "apps/commands.h"
@@ -54,6 +55,10 @@ int run_drr(const DrrOptions& options) {
     for (std::size_t i = 0; i < file.views.size(); ++i) {
         stop_if_interrupted();
         Image image = session->render(world_from_ct, i);
+        if (std::ranges::all_of(image.pixels, [](float v) { return v == 0; })) {
+            std::cerr << "raylign drr: warning: view " << file.views[i].name
+                      << " shows nothing of the CT at this pose: its image is empty\n";
+        }
         if (options.noise_photons > 0) {
             image = with_photon_noise(image, options.noise_photons, seed_of_view(options.seed, i));
         }

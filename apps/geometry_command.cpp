@@ -129,8 +129,12 @@ void write_converted(const GeometryOptions& options, const std::vector<ViewSumma
         return;
     }
     std::vector<View> views;
-    for (const ViewSummary& summary : summaries) views.push_back({summary.name, summary.geometry, {}, {}});
-    write_views(options.output, views, {});
+    std::vector<ImageFlip> flips;
+    for (const ViewSummary& summary : summaries) {
+        views.push_back({summary.name, summary.geometry, {}, {}});
+        flips.push_back(summary.flip);
+    }
+    write_views(options.output, views, {}, flips);
 }
 
 int run_geometry(const GeometryOptions& options) {

@@ -156,11 +156,12 @@ void add_start_flags(CLI::App& command, RegisterOptions& options) {
 }
 
 void add_output_flags(CLI::App& command, RegisterOptions& options) {
-    describe(command
-                 .add_option("-o,--output", options.output,
-                             "Folder for pose, report, overlays, DRRs; replaced only on success")
-                 ->required(),
-             "DIR (required)", kOutputGroup);
+    describe(
+        command
+            .add_option("-o,--output", options.output,
+                        "Folder for pose, report, overlays, DRRs; replaced when there is a result, doubtful or not")
+            ->required(),
+        "DIR (required)", kOutputGroup);
     command.add_flag("--json", options.json, "Print report.json and nothing else; default off")->group(kOutputGroup);
     command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
 }

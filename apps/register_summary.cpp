@@ -41,10 +41,11 @@ std::string truth_line(const RegisterRun& run) {
 std::string confidence_lines(const RegistrationResult& result) {
     const Confidence& c = result.confidence;
     std::string text;
-    if (c.rim_mm > 0) {
+    if (c.is_estimated) {
         text += line("sigma", format("%.3f mm, %.3f deg; weakest along (%+.2f, %+.2f, %+.2f): %.3f mm",
                                      c.translation_mm, c.rotation_deg, c.weakest_direction.x(), c.weakest_direction.y(),
                                      c.weakest_direction.z(), c.weakest_mm));
+        text += line("expected", format("%.3f mm (root mean square error of the object's points)", c.rim_mm));
     }
     const SearchReport& s = result.search;
     if (s.starts > 0) {
@@ -69,8 +70,9 @@ std::string register_summary(const RegisterRun& run) {
     std::string text = result.ok ? "registered\n" : "DOUBTFUL: the result must not be used unchecked\n";
     for (const std::string& reason : result.reasons) text += line("why", reason);
     text += update_lines(run);
-    text += line("cost", format("%.5f -> %.5f (%s: 0 = perfect, 1 = unrelated)", result.cost_initial, result.cost_final,
-                                run.options.metric.c_str()));
+    const std::string before = std::isfinite(result.cost_initial) ? format("%.5f -> ", result.cost_initial) : "";
+    text += line("cost", before + format("%.5f (%s: 0 = perfect, 1 = unrelated)", result.cost_final,
+                                         run.options.metric.c_str()));
     if (run.truth) text += truth_line(run);
     text += confidence_lines(result);
     const unsigned long long poses = result.counters.evaluations + result.counters.linearizations;

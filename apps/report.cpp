@@ -125,6 +125,7 @@ Json device_json(const DeviceStatus& device) {
 }
 
 Json covariance(const Confidence& confidence) {
+    if (!confidence.is_estimated) return nullptr;
     Json rows = Json::array();
     for (int r = 0; r < 6; ++r) {
         Json row = Json::array();
@@ -135,6 +136,7 @@ Json covariance(const Confidence& confidence) {
 }
 
 Json sigma(const Confidence& confidence) {
+    if (!confidence.is_estimated) return nullptr;
     return {{"translation_mm", confidence.translation_mm},
             {"rotation_deg", confidence.rotation_deg},
             {"expected_error_mm", confidence.rim_mm},

@@ -14,7 +14,7 @@ struct StudyOptions {
     std::filesystem::path views;   ///< views.json
     std::string preset;            ///< "" = none
     std::string bins;              ///< "LOW:STEP:HIGH" [mm]; "" = the preset's, or 0:2:20
-    int per_bin = 0;               ///< 0 = the preset's, or 10
+    int per_bin = -1;              ///< -1 = the preset's, or 10
     std::vector<std::string> view_sets;  ///< each names with commas; none = the preset's, or all views together
     double noise_photons = 0;            ///< of simulated X-rays; 0 = no noise
     long long trial = -1;                ///< run this one alone; -1 = the study

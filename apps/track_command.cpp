@@ -46,6 +46,17 @@ std::vector<std::filesystem::path> frame_files(const TrackReport& report, std::s
     return files;
 }
 
+/// A frame that cannot be read is a gap: dashes.
+std::string hash_or_dashes(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return std::string(64, '-');
+    try {
+        return sha256_of_file(file);
+    } catch (const Error&) {
+        return std::string(64, '-');
+    }
+}
+
 /// Thousands of frames would swamp the report: their hashes go to a list as sha256sum makes it, and the report has that
 /// of the list.
 void stage_frame_hashes(TrackReport& report, OutputFolder& folder) {
@@ -56,9 +67,7 @@ void stage_frame_hashes(TrackReport& report, OutputFolder& folder) {
         const std::string name = "frames_" + report.inputs.views.views[v].name + ".sha256";
         std::string text;
         for (const auto& file : files) {
-            std::error_code ignored;  // a frame that cannot be read is a gap
-            text += (std::filesystem::is_regular_file(file, ignored) ? sha256_of_file(file) : std::string(64, '-')) +
-                    "  " + file.string() + "\n";
+            text += hash_or_dashes(file) + "  " + file.string() + "\n";
         }
         const std::filesystem::path staged = folder.stage(name);
         write_text(staged, text);
@@ -208,11 +217,13 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
 }
 
 void add_output_flags(CLI::App& command, RegisterOptions& options) {
-    describe(command
-                 .add_option("-o,--output", options.output,
-                             "Folder for trajectory.csv, .tra, joints, report; replaced only on success")
-                 ->required(),
-             "DIR (required)", kOutputGroup);
+    describe(
+        command
+            .add_option(
+                "-o,--output", options.output,
+                "Folder for trajectory.csv, .tra, joints, report; replaced when there is a result, doubtful or not")
+            ->required(),
+        "DIR (required)", kOutputGroup);
     command.add_flag("--json", options.json, "Print track.json and nothing else; default off")->group(kOutputGroup);
     command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
 }

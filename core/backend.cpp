@@ -117,11 +117,13 @@ void check_views(std::span<const View> views) {
     }
 }
 
+double finest_step_mm(const VoxelGrid& grid) { return grid.spacing_mm.minCoeff() / 100; }
+
 void check_render(const RenderSettings& render, const VoxelGrid& grid) {
     if (!(render.step_mm >= 0 && render.step_mm <= 100)) {
         throw bad_value("step_mm", std::to_string(render.step_mm), "in (0, 100], or 0 for half a voxel");
     }
-    const double finest_mm = grid.spacing_mm.minCoeff() / 100;
+    const double finest_mm = finest_step_mm(grid);
     if (render.step_mm > 0 && render.step_mm < finest_mm) {
         throw bad_value("step_mm", std::to_string(render.step_mm),
                         "at least a hundredth of a voxel, " + std::to_string(finest_mm) + " (finer gains nothing)");

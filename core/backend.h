@@ -31,6 +31,8 @@ struct RenderSettings {
 
 /// The step in mm that a trilinear ray takes: settings.step_mm, or half the smallest voxel side where that is 0.
 [[nodiscard]] double trilinear_step_mm(const RenderSettings& settings, const VoxelGrid& grid);
+/// The finest step that check_render allows: a hundredth of a voxel.
+[[nodiscard]] double finest_step_mm(const VoxelGrid& grid);
 
 /// What a Session is made from. Volume and views are borrowed for the call of prepare() only.
 struct Scene {

@@ -59,8 +59,9 @@ struct ViewsReadOptions {
 }
 
 /// Writes views.json with `projection`-exact cameras ("intrinsics" + "camera_from_world", sdd where known).
-/// `image_names`: one per view, or empty for none; kind is written as "line-integral".
+/// `image_names`: one per view, or empty for none; kind is written as "line-integral". `flips`: how images of these
+/// views will be stored, one per view, or empty for none.
 void write_views(const std::filesystem::path& path, const std::vector<View>& views,
-                 const std::vector<std::string>& image_names);
+                 const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips = {});
 
 }  // namespace raylign

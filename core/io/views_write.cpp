@@ -23,8 +23,9 @@ json rows_of(const Matrix& matrix) {
 }  // namespace
 
 void write_views(const std::filesystem::path& path, const std::vector<View>& views,
-                 const std::vector<std::string>& image_names) {
+                 const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips) {
     assert(image_names.empty() || image_names.size() == views.size());
+    assert(flips.empty() || flips.size() == views.size());
     json list = json::array();
     for (std::size_t i = 0; i < views.size(); ++i) {
         const Camera& camera = views[i].geometry.camera;
@@ -33,6 +34,9 @@ void write_views(const std::filesystem::path& path, const std::vector<View>& vie
                      {"intrinsics", rows_of(camera.intrinsics_px)},
                      {"camera_from_world", rows_of(to_matrix(views[i].geometry.camera_from_world))}};
         if (camera.sdd_mm) view["sdd_mm"] = *camera.sdd_mm;
+        if (!flips.empty() && flips[i] != ImageFlip::none) {
+            view["flip"] = flips[i] == ImageFlip::columns ? "columns" : "rows";
+        }
         if (!image_names.empty()) {
             view["image"] = image_names[i];
             view["intensity"] = {{"kind", "line-integral"}};

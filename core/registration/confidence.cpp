@@ -96,6 +96,7 @@ Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_fr
     problem.session.set_weights(weights);
     if (!steps.allFinite()) return confidence;
     const Twists deviations = steps.colwise() - steps.rowwise().mean();
+    confidence.is_estimated = true;
     confidence.covariance = calibration * calibration * (kGroups - 1.0) / kGroups * deviations * deviations.transpose();
     summarise(confidence, problem.extent.radius_mm);
     return confidence;

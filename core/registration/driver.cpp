@@ -30,14 +30,14 @@ void Driver::solve() {
     const Content content = run_.options.content == Content::part ? Content::part : Content::whole;
     const Search search = run_.options.search.mode;
     if (search == Search::near || search == Search::global) {
-        if (!has_derivatives_) throw Error("search: needs an engine with derivatives (cpu, gl or reference)");
         content == Content::part ? search_part(search) : search_whole(search);
     } else if (content == Content::part && search == Search::automatic && has_derivatives_) {
         search_part(Search::near);
     } else {
         pyramid(content);
     }
-    if (run_.options.content == Content::automatic && !(result_.cost_final < kWeakCost)) try_as_part();
+    if (run_.options.content == Content::automatic && !(explained_cost_.value_or(result_.cost_final) < kWeakCost))
+        try_as_part();
 }
 
 void Driver::choose_method() {
@@ -54,9 +54,36 @@ void Driver::choose_method() {
 }
 
 void Driver::try_as_part() {
-    result_.decisions.push_back("registered as part of what the X-ray shows: as a whole it correlates weakly (cost " +
-                                std::to_string(result_.cost_final) + ", at most 0.5 for a whole)");
+    const RegistrationResult whole = result_;
+    const bool is_finished = explained_cost_.has_value();
+    const std::string weak = "as a whole it correlates weakly (cost " +
+                             std::to_string(explained_cost_.value_or(whole.cost_final)) + ", at most 0.5 for a whole)";
+    result_.decisions.push_back("registered as part of what the X-ray shows: " + weak);
     result_.world_from_ct = run_.start;
+    result_.search = {};
+    result_.confidence = {};
+    try {
+        solve_part();
+    } catch (const TimeIsUp&) {
+        if (is_finished) go_back_to(whole, "the time limit was over before it was registered as a part, too: " + weak);
+        throw;
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        if (!is_finished) throw Error(weak + "; as a part: " + error.what());
+        go_back_to(whole, weak + "; as a part: " + error.what());
+    }
+}
+
+void Driver::go_back_to(const RegistrationResult& whole, const std::string& decision) {
+    const SessionTiming timing = result_.timing;
+    const SessionCounters counters = result_.counters;
+    result_ = whole;
+    result_.timing = timing;
+    result_.counters = counters;
+    result_.decisions.push_back(decision);
+}
+
+void Driver::solve_part() {
     const Search wanted = run_.options.search.mode;
     if (wanted == Search::none || !has_derivatives_) {
         pyramid(Content::part);
@@ -109,7 +136,6 @@ void Driver::pyramid(Content content) {
         }
         if (is_hopeless(levels.size(), i, found.cost)) return;
         if (i + 1 == levels.size()) finish_as_it_needs(*level, coarser.get());
-        coarser.reset();  // reports come in order
         coarser = std::move(level);
     }
 }
@@ -137,6 +163,7 @@ std::vector<Image> Driver::part_weights(Level& level, const RigidTransform& cent
 }
 
 void Driver::finish_as_it_needs(Level& level, Level* coarser) {
+    explained_cost_ = level.report().cost_final;
     const bool explains_all = result_.content == Content::part || !is_robust(level);
     if (explains_all || run_.options.similarity.metric != Metric::gc) {
         finish(level, coarser);

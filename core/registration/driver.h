@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,11 @@ public:
 
 private:
     void choose_method();
-    /// Second try, where the volume as a whole explains too little.
+    /// Second try, where the volume as a whole explains too little. Where that comes to no end, a finished whole stays.
     void try_as_part();
+    void solve_part();
+    /// The result is `whole` again; what the engine did since counts.
+    void go_back_to(const RegistrationResult& whole, const std::string& decision);
     /// The filter of the finest level, as given or fine.
     [[nodiscard]] GradientFilter filter_of(bool fine) const;
     [[nodiscard]] std::vector<LevelPlan> plan(Content content);
@@ -71,6 +75,8 @@ private:
     RunContext& run_;
     RegistrationResult& result_;
     bool has_derivatives_;  ///< of the engine: searches refine by them
+    /// Cost on the finest level before the fine filter and weights that finish it: noise alone raises those.
+    std::optional<double> explained_cost_;
 };
 
 /// Around the object once its place is known: at the object.

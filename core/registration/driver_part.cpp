@@ -43,6 +43,7 @@ std::optional<Focus> Driver::focus_of(Search mode) const {
 void Driver::search_part(Search mode) {
     result_.content = Content::part;
     result_.search.mode = mode;
+    if (mode == Search::near) result_.search.range_mm = range_mm();
     const std::vector<LevelPlan> levels = plan(Content::part);
     std::vector<Candidate> candidates = template_candidates(levels.front(), mode);
     std::unique_ptr<Level> coarser;
@@ -65,7 +66,6 @@ void Driver::search_part(Search mode) {
             level->optimize(result_.world_from_ct, true, levels[i].pixel_at_object_mm);
             finish_as_it_needs(*level, coarser.get());
         }
-        coarser.reset();  // reports come in order
         coarser = std::move(level);
     }
 }

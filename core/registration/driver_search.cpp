@@ -45,7 +45,6 @@ void Driver::search_whole(Search mode) {
             level->optimize(result_.world_from_ct, true, levels[i].pixel_at_object_mm);
             finish_as_it_needs(*level, coarser.get());
         }
-        coarser.reset();  // reports come in order
         coarser = std::move(level);
     }
 }
@@ -71,6 +70,7 @@ std::vector<Candidate> Driver::first_candidates(Level& level, const LevelProblem
     std::vector<Candidate> candidates = best_of(problem, starts, kRefined);
     if (candidates.empty()) throw Error("search: no pose gave a finite cost");
     result_.search.mode = mode;
+    if (mode == Search::near) result_.search.range_mm = range_mm();
     result_.search.starts = std::ssize(starts);
     result_.search.refined = static_cast<int>(candidates.size());
     LevelProblem brief = problem;

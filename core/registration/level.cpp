@@ -55,7 +55,7 @@ double level_work(const LevelPlan& plan) {
 }
 
 Level::Level(RunContext& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
-    : run_(run), plan_(plan), index_(run.levels_made++) {
+    : run_(run), plan_(plan), index_(run.levels_made) {
     make_views(focus);
     session_ = run.resident.session(plan.volume_halvings, views_, {run.options.similarity.metric, plan.filter});
     const Volume& volume = run.resident.halved(plan.volume_halvings);
@@ -64,6 +64,8 @@ Level::Level(RunContext& run, const LevelPlan& plan, Content content, const std:
     for (const View& view : views_) report_.image_sizes_px.push_back(view.geometry.camera.size_px);
     report_.filter = plan.filter;
     report_.content = content;
+    ++run.levels_made;
+    run.result.levels.emplace_back();  // its place, whenever it ends
 }
 
 void Level::make_views(const std::optional<Focus>& focus) {
@@ -91,7 +93,7 @@ Level::~Level() {
     add(result.counters, counters_);
     add(result.timing, session_->timing());
     result.timing.prepare_s += run_.resident.take_prepare_s();
-    result.levels.push_back(std::move(report_));
+    result.levels[index_] = std::move(report_);
 }
 
 double Level::cost(const RigidTransform& world_from_ct) {

@@ -1,8 +1,10 @@
 #include "core/registration/mirrored.h"
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
+#include "core/error.h"
 #include "core/registration/number_text.h"
 #include "core/registration/resident_volume.h"
 
@@ -28,6 +30,17 @@ std::string names_of(std::span<const View> views, unsigned subset) {
     return names;
 }
 
+/// Of a registration; not a number where there is none, as where the mirrored mask leaves nothing of the DRR.
+double cost_of(ResidentVolume& volume, std::span<const View> views, const RigidTransform& start_world_from_ct,
+               const RegistrationOptions& options, const ProgressCallback& progress) {
+    try {
+        return register_volume(volume, views, start_world_from_ct, options, progress).cost_final;
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        return std::numeric_limits<double>::quiet_NaN();
+    }
+}
+
 }  // namespace
 
 View with_columns_reversed(View view) {
@@ -49,15 +62,16 @@ std::optional<std::string> mirror_suspicion(ResidentVolume& volume, std::span<co
         for (std::size_t v = 0; v < mirrored.size(); ++v) {
             if (subset >> v & 1U) mirrored[v] = with_columns_reversed(std::move(mirrored[v]));
         }
-        const RegistrationResult other = register_volume(volume, mirrored, start_world_from_ct, options, progress);
-        if (!(other.cost_final < best_cost)) continue;
-        best_cost = other.cost_final;
+        const double cost = cost_of(volume, mirrored, start_world_from_ct, options, progress);
+        if (!(cost < best_cost)) continue;
+        best_cost = cost;
         best = subset;
     }
     if (best == 0) return std::nullopt;
     return "with the columns of " + names_of(views, best) + " reversed the images fit far better (cost " +
            fixed(best_cost, 2) + " against " + fixed(found.cost_final, 2) +
-           "): mirrored? \"flip\": \"columns\" in views.json turns a view";
+           "): mirrored? \"flip\": \"columns\" in views.json turns a view. Or the start is far off: a global search "
+           "needs none";
 }
 
 }  // namespace raylign

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
 
@@ -9,6 +10,18 @@ namespace raylign {
 namespace {
 
 constexpr int kCells = 12;  // along the longest axis: at most 1728 points
+
+/// None where the view does not show it on a pixel that counts.
+std::optional<Eigen::Vector2i> pixel_that_shows(const View& view, const Eigen::Vector3d& point_world_mm) {
+    const Eigen::Vector3d in_camera = view.geometry.camera_from_world * point_world_mm;
+    if (!(in_camera.z() > 0)) return std::nullopt;
+    const Eigen::Vector3d pixel = view.geometry.camera.intrinsics_px * in_camera / in_camera.z();
+    const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
+    const Eigen::Vector2i& size = view.geometry.camera.size_px;
+    if (x < 0 || y < 0 || x >= size.x() || y >= size.y()) return std::nullopt;
+    if (!view.weights.empty() && !(view.weights(x, y) > 0)) return std::nullopt;
+    return Eigen::Vector2i(x, y);
+}
 
 }  // namespace
 
@@ -45,13 +58,7 @@ ObjectSample sample_object(const Volume& volume) {
 }
 
 bool is_seen(const View& view, const Eigen::Vector3d& point_world_mm) {
-    const Eigen::Vector3d in_camera = view.geometry.camera_from_world * point_world_mm;
-    if (!(in_camera.z() > 0)) return false;
-    const Eigen::Vector3d pixel = view.geometry.camera.intrinsics_px * in_camera / in_camera.z();
-    const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
-    const Eigen::Vector2i& size = view.geometry.camera.size_px;
-    if (x < 0 || y < 0 || x >= size.x() || y >= size.y()) return false;
-    return view.weights.empty() || view.weights(x, y) > 0;
+    return pixel_that_shows(view, point_world_mm).has_value();
 }
 
 double seen_share(const ObjectSample& sample, const View& view, const RigidTransform& world_from_ct) {
@@ -60,6 +67,20 @@ double seen_share(const ObjectSample& sample, const View& view, const RigidTrans
         if (is_seen(view, world_from_ct * sample.points_ct_mm[i])) share += sample.weights[i];
     }
     return std::min(1.0, share);
+}
+
+double covered_share(const ObjectSample& sample, const View& view, const RigidTransform& world_from_ct) {
+    const Eigen::Vector2i& size = view.geometry.camera.size_px;
+    Eigen::Vector2i low = size, high = Eigen::Vector2i::Constant(-1);
+    for (const Eigen::Vector3d& point_ct_mm : sample.points_ct_mm) {
+        const std::optional<Eigen::Vector2i> pixel = pixel_that_shows(view, world_from_ct * point_ct_mm);
+        if (!pixel) continue;
+        low = low.cwiseMin(*pixel);
+        high = high.cwiseMax(*pixel);
+    }
+    if (high.minCoeff() < 0) return 0;
+    const Eigen::Vector2d share = (high - low).cast<double>().cwiseQuotient(size.cast<double>());
+    return share.prod();
 }
 
 double least_seen_share(const ObjectSample& sample, std::span<const View> views, const RigidTransform& world_from_ct) {

@@ -24,6 +24,9 @@ struct ObjectSample {
 /// Share of the object in [0, 1] that a view shows on pixels that count.
 [[nodiscard]] double seen_share(const ObjectSample& sample, const View& view, const RigidTransform& world_from_ct);
 
+/// Share of a view's image in [0, 1] that the box around the object's visible points fills.
+[[nodiscard]] double covered_share(const ObjectSample& sample, const View& view, const RigidTransform& world_from_ct);
+
 /// The least share over the views.
 [[nodiscard]] double least_seen_share(const ObjectSample& sample, std::span<const View> views,
                                       const RigidTransform& world_from_ct);

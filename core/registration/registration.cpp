@@ -18,16 +18,8 @@ double engine_seconds(const SessionTiming& t) {
     return t.prepare_s + t.drr_s + t.gradient_s + t.reduction_s + t.transfer_s;
 }
 
-void check(const RegistrationOptions& options, const RigidTransform& start) {
-    const auto in_range = [](const char* what, double value, double low, double high, const char* allowed) {
-        if (!(value >= low && value <= high)) throw bad_value(what, std::to_string(value), allowed);
-    };
-    in_range("levels", options.levels, 0, 8, "in [1, 8], or 0 for as many as fit");
-    in_range("max_iterations_per_level", options.max_iterations_per_level, 1, 10000, "in [1, 10000]");
-    in_range("search range", options.search.range_mm, 0, 500, "in (0, 500] mm, or 0 for 20");
-    in_range("search range", options.search.range_deg, 0, 180, "in (0, 180] degrees, or 0 for the default");
-    in_range("search starts", options.search.starts, 0, 1000000, "in [1, 1000000], or 0 for the default");
-    in_range("time limit", options.time_limit_s, 0, 1e9, "positive, or 0 for none");
+void check(const RegistrationOptions& options, const Backend& backend, const RigidTransform& start) {
+    check_options(options, backend);
     if (!is_finite(start)) throw Error("start pose: must have finite numbers only");
 }
 
@@ -56,10 +48,26 @@ void warn_of_parallel_views(std::span<const View> views, std::vector<std::string
 
 }  // namespace
 
+void check_options(const RegistrationOptions& options, const Backend& backend) {
+    const auto in_range = [](const char* what, double value, double low, double high, const char* allowed) {
+        if (!(value >= low && value <= high)) throw bad_value(what, std::to_string(value), allowed);
+    };
+    in_range("levels", options.levels, 0, 8, "in [1, 8], or 0 for as many as fit");
+    in_range("max_iterations_per_level", options.max_iterations_per_level, 1, 10000, "in [1, 10000]");
+    in_range("search range", options.search.range_mm, 0, 500, "in (0, 500] mm, or 0 for 20");
+    in_range("search range", options.search.range_deg, 0, 180, "in (0, 180] degrees, or 0 for the default");
+    in_range("search starts", options.search.starts, 0, 1000000, "in [1, 1000000], or 0 for the default");
+    in_range("time limit", options.time_limit_s, 0, 1e9, "positive, or 0 for none");
+    const Search search = options.search.mode;
+    if ((search == Search::near || search == Search::global) && !backend.info().has_derivatives) {
+        throw Error("search: needs an engine with derivatives (cpu, gl or reference)");
+    }
+}
+
 RegistrationResult register_volume(const Volume& volume, std::span<const View> views,
                                    const RigidTransform& start_world_from_ct, const RegistrationOptions& options,
                                    Backend& backend, const ProgressCallback& progress) {
-    check(options, start_world_from_ct);
+    check(options, backend, start_world_from_ct);
     ResidentVolume resident(volume, options.render, backend);
     return register_volume(resident, views, start_world_from_ct, options, progress);
 }
@@ -67,7 +75,7 @@ RegistrationResult register_volume(const Volume& volume, std::span<const View> v
 RegistrationResult register_volume(ResidentVolume& volume, std::span<const View> views,
                                    const RigidTransform& start_world_from_ct, const RegistrationOptions& options,
                                    const ProgressCallback& progress) {
-    check(options, start_world_from_ct);
+    check(options, volume.backend(), start_world_from_ct);
     check_views(views);
     if (options.render.projector != volume.render().projector || options.render.step_mm != volume.render().step_mm) {
         throw Error("render settings: must be those that the volume was made resident with");
@@ -91,7 +99,10 @@ RegistrationResult register_volume(ResidentVolume& volume, std::span<const View>
     RegistrationResult& result = run.result;
     result.total_s = run.elapsed_s();
     result.optimizer_s = std::max(0.0, result.total_s - engine_seconds(result.timing));
-    for (const View& view : views) result.overlap.push_back(seen_share(run.sample, view, result.world_from_ct));
+    for (const View& view : views) {
+        result.overlap.push_back(seen_share(run.sample, view, result.world_from_ct));
+        result.covered.push_back(covered_share(run.sample, view, result.world_from_ct));
+    }
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
     if (timed_out) {
         result.reasons.insert(result.reasons.begin(), "the time limit of " + std::to_string(options.time_limit_s) +

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -102,6 +103,7 @@ struct Rival {
 
 struct SearchReport {
     Search mode = Search::none;  ///< what ran; never automatic
+    double range_mm = 0;         ///< near: how far from the start was looked
     std::int64_t starts = 0;     ///< poses tried
     int refined = 0;             ///< of these, refined
     int agreeing = 0;            ///< refined ones that ended at the result
@@ -111,7 +113,8 @@ struct SearchReport {
 
 /// How sure the pose is, from leaving parts of the images out (see confidence.h).
 struct Confidence {
-    /// Of the twist (rad, mm) about the object's centre in world; zero where it was not estimated.
+    bool is_estimated = false;  ///< all else is zero if not
+    /// Of the twist (rad, mm) about the object's centre in world.
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
     double translation_mm = 0;  ///< root of the trace of the translation's covariance
     double rotation_deg = 0;    ///< root of the trace of the rotation's covariance
@@ -126,10 +129,12 @@ struct RegistrationResult {
     std::string method_reason;                 ///< why, if it was chosen
     Content content = Content::whole;          ///< what it was registered as; never automatic
     std::vector<std::string> decisions;        ///< what the driver chose and why, in order
-    double cost_initial = 0, cost_final = 0;   ///< finest level, final weights: of the start and of the result
-    std::vector<double> view_costs;            ///< of the result, per view, finest level
-    std::vector<double> overlap;               ///< share of the object that each view shows on usable pixels, [0, 1]
-    std::vector<LevelReport> levels;           ///< coarsest first
+    /// Finest level, final weights: of the start (NaN where time was up before) and of the result.
+    double cost_initial = std::numeric_limits<double>::quiet_NaN(), cost_final = 0;
+    std::vector<double> view_costs;   ///< of the result, per view, finest level
+    std::vector<double> overlap;      ///< share of the object that each view shows on usable pixels, [0, 1]
+    std::vector<double> covered;      ///< share of each view's image that the box around the object fills
+    std::vector<LevelReport> levels;  ///< coarsest first
     std::vector<IterationRecord> history;
     int iterations = 0;
     int robust_rounds = 0;  ///< how often robust weights were renewed
@@ -152,6 +157,9 @@ struct RegistrationProgress {
 };
 /// Called after each step; return false to stop: the driver then throws Error(kind cancelled).
 using ProgressCallback = std::function<bool(const RegistrationProgress&)>;
+
+/// Throws Error for options out of range, and for a search on an engine without derivatives.
+void check_options(const RegistrationOptions& options, const Backend& backend);
 
 /// Finds world_from_ct at which the DRRs of the volume match the views' images, starting from `start_world_from_ct`.
 /// Every view needs an image. Throws Error for a bad scene or options and for a start whose DRR misses a detector.

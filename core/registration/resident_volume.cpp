@@ -1,5 +1,6 @@
 #include "core/registration/resident_volume.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/image/pyramid.h"
@@ -27,10 +28,17 @@ std::unique_ptr<Session> ResidentVolume::session(int halvings, std::span<const V
     if (!resident) {
         std::vector<View> without_images(views.begin(), views.end());
         for (View& view : without_images) view.image = view.weights = {};  // it only holds the volume
-        resident = backend_.prepare({halved(halvings), without_images, render_, similarity});
+        resident = backend_.prepare({halved(halvings), without_images, render_of(halvings), similarity});
         prepare_s_ += resident->timing().prepare_s;
     }
     return resident->with_views(views, similarity);
+}
+
+/// Halved voxels are larger: a step that suits the volume may be finer than check_render lets one be there.
+RenderSettings ResidentVolume::render_of(int halvings) {
+    RenderSettings settings = render_;
+    if (settings.step_mm > 0) settings.step_mm = std::max(settings.step_mm, finest_step_mm(halved(halvings).grid));
+    return settings;
 }
 
 double ResidentVolume::take_prepare_s() { return std::exchange(prepare_s_, 0); }

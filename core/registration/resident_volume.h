@@ -26,7 +26,8 @@ public:
 
     /// The volume halved this often (core/image/pyramid.h); 0 = as given.
     [[nodiscard]] const Volume& halved(int halvings);
-    /// A Session of these views: same bits as Backend::prepare with halved(halvings).
+    /// A Session of these views: same bits as Backend::prepare with halved(halvings), and no step finer than allowed
+    /// there.
     [[nodiscard]] std::unique_ptr<Session> session(int halvings, std::span<const View> views,
                                                    const Similarity& similarity);
     /// Seconds that engines spent on making the volume resident since this was last asked; the sessions' own are in
@@ -34,6 +35,8 @@ public:
     [[nodiscard]] double take_prepare_s();
 
 private:
+    [[nodiscard]] RenderSettings render_of(int halvings);
+
     const Volume& volume_;
     RenderSettings render_;
     Backend& backend_;

@@ -4,8 +4,8 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <thread>
-
 
 namespace raylign {
 namespace {
@@ -13,9 +13,12 @@ namespace {
 constexpr double kLattice_rad = 0.2;   // side of the cubes of turns, two points each: none is more than 6.5 degrees off
 constexpr std::size_t kPeaks = 6;      // places kept per orientation
 constexpr double kApart_spacings = 3;  // between them
-constexpr float kSupportShare = 0.01F;     // of the template's largest energy: fainter pixels are left out
-constexpr float kEnergyFloorShare = 0.1F;  // of the view's mean energy: empty background must not fit everything
-constexpr std::size_t kChunk = 64;         // orientations between two looks at the clock
+constexpr float kSupportShare = 0.01F;          // of the template's largest energy: fainter pixels are left out
+constexpr float kEnergyFloorShare = 0.1F;       // of the view's mean energy: empty background must not fit everything
+constexpr std::size_t kChunk = 16;              // orientations between two looks at the clock
+constexpr double kMostCube = 64e6;              // points of the lattice that are looked at
+constexpr std::size_t kMostPlaces = 4'000'000;  // of these, kept: 50 bytes each
+constexpr double kWider = 1.26;                 // halves the number of places
 
 /// A pixel of a template, from where the object's centre is projected to; a value per channel.
 struct TemplatePixel {
@@ -66,23 +69,31 @@ Eigen::Vector2i nearest_pixel(const View& view, const Eigen::Vector3d& point_wor
     return {static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y()))};
 }
 
-/// The places of a cubic lattice that all views see, within reach (0 = no limit), and the window of each view that they
-/// fill.
-Places make_places(std::span<const View> views, const Eigen::Vector3d& centre_mm, double reach_mm, double spacing_mm,
-                   std::vector<Target>& targets) {
+/// So wide that the lattice's cube has no more than kMostCube points.
+double wide_enough_mm(double spacing_mm, double half_side_mm) {
+    return std::max(spacing_mm, 2 * half_side_mm / std::cbrt(kMostCube));
+}
+
+/// The places of a cubic lattice that all views see, within reach, and the window of each view that they fill; none if
+/// there are more than kMostPlaces.
+std::optional<Places> make_places(std::span<const View> views, const Eigen::Vector3d& centre_mm, double half_side_mm,
+                                  const TemplateRange& range, std::vector<Target>& targets,
+                                  const std::function<void(double)>& progress) {
     Places places;
-    const double half_side_mm = reach_mm > 0 ? reach_mm : field_mm(views, centre_mm) / 2;
+    const double spacing_mm = range.spacing_mm;
     const int n = static_cast<int>(std::floor(half_side_mm / spacing_mm));
     std::vector<std::vector<Eigen::Vector2i>> pixels(views.size());
     const Eigen::Vector3d depth_axis = (centre_mm - source_world_mm(views.front().geometry)).normalized();
     for (int z = -n; z <= n; ++z) {
+        progress(0);
         for (int y = -n; y <= n; ++y) {
             for (int x = -n; x <= n; ++x) {
                 const Eigen::Vector3d shift_mm = spacing_mm * Eigen::Vector3d(x, y, z);
-                if (reach_mm > 0 && shift_mm.norm() > reach_mm) continue;
+                if (range.reach_mm > 0 && shift_mm.norm() > range.reach_mm) continue;
                 const auto sees = [&](const View& view) { return is_seen(view, centre_mm + shift_mm); };
                 if (!std::ranges::all_of(views, sees)) continue;
                 if (views.size() == 1 && std::abs(depth_axis.dot(shift_mm)) > spacing_mm / 2) continue;
+                if (places.shift_mm.size() == kMostPlaces) return std::nullopt;
                 places.shift_mm.push_back(shift_mm);
                 for (std::size_t v = 0; v < views.size(); ++v)
                     pixels[v].push_back(nearest_pixel(views[v], centre_mm + shift_mm));
@@ -186,7 +197,7 @@ std::vector<Eigen::Vector3d> turns(double range_rad) {
 class TemplateSearch {
 public:
     TemplateSearch(Session& session, std::span<const View> views, const RigidTransform& nominal,
-                   const ObjectExtent& extent, const TemplateRange& range)
+                   const ObjectExtent& extent, const TemplateRange& range, const std::function<void(double)>& progress)
         : session_(session),
           views_(views),
           nominal_(nominal),
@@ -194,7 +205,14 @@ public:
           range_(range),
           centre_mm_(nominal * extent.centre_ct_mm) {
         for (std::size_t v = 0; v < views.size(); ++v) targets_.push_back(make_target(session.fixed_channels(v)));
-        places_ = make_places(views, centre_mm_, range.reach_mm, range.spacing_mm, targets_);
+        const double half_side_mm = range.reach_mm > 0 ? range.reach_mm : field_mm(views, centre_mm_) / 2;
+        range_.spacing_mm = wide_enough_mm(range.spacing_mm, half_side_mm);
+        for (;; range_.spacing_mm *= kWider) {
+            std::optional<Places> places = make_places(views, centre_mm_, half_side_mm, range_, targets_, progress);
+            if (!places) continue;
+            places_ = *std::move(places);
+            return;
+        }
     }
 
     std::size_t place_count() const { return places_.shift_mm.size(); }
@@ -282,7 +300,7 @@ TemplateFits poses_by_templates(Session& session, std::span<const View> views, c
                                 const std::function<void(double)>& progress) {
     const bool near = range.reach_mm > 0;
     const double turn_rad = near ? std::min(range.turn_rad, range.reach_mm / extent.radius_mm) : range.turn_rad;
-    const TemplateSearch search(session, views, nominal, extent, range);
+    const TemplateSearch search(session, views, nominal, extent, range, progress);
     if (search.place_count() == 0) return {};
     const std::vector<Eigen::Vector3d> all = turns(turn_rad);
     TemplateFits fits;

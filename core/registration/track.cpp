@@ -74,6 +74,7 @@ Tracker::Tracker(const Volume& volume, const RigidTransform& start_world_from_ct
       extent_(resident_.extent()) {
     if (const std::string fault = options.problem(); !fault.empty()) throw Error("track options: " + fault);
     if (!is_finite(start_world_from_ct)) throw Error("start pose: must have finite numbers only");
+    check_options(options.registration, backend);
     if (!backend.info().has_derivatives) options_.recovery = Search::none;
 }
 
@@ -105,8 +106,8 @@ double Tracker::cost_limit() const {
 
 RegistrationOptions Tracker::first_options() const {
     RegistrationOptions options = options_.registration;
-    if (!content_) return options;
-    options.content = *content_;
+    if (!last_frame_) return options;
+    if (content_) options.content = *content_;
     options.search.mode = Search::none;
     options.search.range_mm = options.search.range_deg = 0;
     options.search.starts = 0;

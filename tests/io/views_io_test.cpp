@@ -141,8 +141,10 @@ TEST_F(ViewsIo, WrittenViewsReadBackTheSame) {
 }
 
 TEST_F(ViewsIo, ViewsWithoutImagesAreWrittenToo) {
-    write_views(at("out.json"), {{"A", read(kCameraView).views[0].geometry, {}, {}}}, {});
-    expect_projection(read_views(at("out.json"), ReadImages::never).views[0].geometry, expected_projection());
+    write_views(at("out.json"), {{"A", read(kCameraView).views[0].geometry, {}, {}}}, {}, {ImageFlip::rows});
+    const ViewsFile file = read_views(at("out.json"), ReadImages::never);
+    expect_projection(file.views[0].geometry, expected_projection());
+    EXPECT_EQ(file.origins[0].flip, ImageFlip::rows);
 }
 
 }  // namespace

@@ -91,6 +91,30 @@ TEST(PartOfTheXray, SaysSoWhereTheSearchSeesTooLittleOfIt) {
     }
 }
 
+TEST(PartOfTheXray, ATryThatComesToNoEndLeavesTheWhole) {
+    // Hardly any light, and a detector that shows less than half of the spine: weak as a whole, impossible as a part.
+    SpineCase c;
+    c.views = test::with_exact_images(test::biplane_views(64, 60), spine_phantom({160, 160, 160}), c.truth, 15);
+    const RegistrationResult whole = c.run(c.truth, {.content = Content::whole});
+    const RegistrationResult found = c.run(c.truth);
+    EXPECT_EQ(found.content, Content::whole);
+    EXPECT_EQ((to_matrix(found.world_from_ct) - to_matrix(whole.world_from_ct)).norm(), 0);
+    EXPECT_EQ(found.levels.size(), whole.levels.size());
+    ASSERT_FALSE(found.decisions.empty());
+    EXPECT_NE(found.decisions.back().find("as a part: search: no place"), std::string::npos) << found.decisions.back();
+}
+
+TEST(PartOfTheXray, RivalsAreThoseOfThePartAlone) {
+    SpineCase c;
+    c.volume = one_vertebra(c.volume);
+    const RigidTransform start = perturbed_start(c.truth, default_targets_ct_mm(c.volume), 8, 3);
+    const RegistrationResult asked = c.run(start, {.content = Content::part, .search = {.mode = Search::near}});
+    const RegistrationResult found = c.run(start, {.search = {.mode = Search::near}});
+    ASSERT_EQ(found.content, Content::part);
+    EXPECT_EQ(found.search.rivals.size(), asked.search.rivals.size());
+    EXPECT_EQ(found.search.starts, asked.search.starts);
+}
+
 TEST(PartOfTheXray, IsTakenAtItsWordWhenAskedFor) {
     SpineCase c;
     const RegistrationResult whole = c.run(c.truth, {.content = Content::whole});
@@ -114,6 +138,9 @@ TEST(RobustWeights, BringAResultCloserWhereMetalCrossesTheSpine) {
     EXPECT_EQ(plain.robust_rounds, 0);
     EXPECT_GT(robust.robust_rounds, 0);
     EXPECT_LT(c.mtre_mm(robust.world_from_ct), 0.6 * c.mtre_mm(plain.world_from_ct));
+    // Finished with a fine filter, on a level of its own: the last one, which the last steps belong to.
+    EXPECT_LT(robust.levels.back().filter.sigma_px, robust.levels.front().filter.sigma_px);
+    EXPECT_EQ(robust.history.back().level, static_cast<int>(robust.levels.size()) - 1);
 }
 
 TEST(TimeLimit, ReturnsTheBestSoFarAndDoubtsIt) {
@@ -123,6 +150,8 @@ TEST(TimeLimit, ReturnsTheBestSoFarAndDoubtsIt) {
     EXPECT_FALSE(found.ok);
     ASSERT_FALSE(found.reasons.empty());
     EXPECT_NE(found.reasons.front().find("time limit"), std::string::npos);
+    EXPECT_TRUE(std::isnan(found.cost_initial)) << "nothing is said of what was not evaluated";
+    for (const std::string& reason : found.reasons) EXPECT_EQ(reason.find("not below"), std::string::npos) << reason;
     EXPECT_LE(c.mtre_mm(found.world_from_ct), 8.5);
 }
 

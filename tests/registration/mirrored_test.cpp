@@ -50,6 +50,30 @@ TEST(Mirrored, ReversingColumnsTwiceChangesNothing) {
     EXPECT_EQ(twice.weights.pixels, view.weights.pixels);
 }
 
+TEST(Mirrored, AMaskThatHidesTheMirroredObjectIsNoError) {
+    MirrorCase c;
+    const RigidTransform aside = RigidTransform::translate({70, 70, 0}) * c.truth;
+    const auto session = c.backend->prepare({c.volume, c.views, {}, {}});
+    for (std::size_t v = 0; v < c.views.size(); ++v) {
+        const Image drr = session->render(aside, v);
+        double left = 0, right = 0;
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < 64; ++x) (x < 32 ? left : right) += drr(x, y);
+        // Only the object's half counts, and nothing there looks like it.
+        c.views[v].weights = Image(64, 64, 0);
+        for (int y = 0; y < 64; ++y) {
+            for (int x = 0; x < 64; ++x) {
+                c.views[v].weights(x, y) = (x < 32) == (left > right) ? 1 : 0;
+                c.views[v].image(x, y) = static_cast<float>(x * y % 9);
+            }
+        }
+    }
+    ResidentVolume resident(c.volume, {}, *c.backend);
+    const RegistrationOptions options{.content = Content::whole};
+    const RegistrationResult found = register_volume(resident, c.views, aside, options, {});
+    EXPECT_NO_THROW((void)mirror_suspicion(resident, c.views, aside, options, found));
+}
+
 TEST(Mirrored, NamesTheViewThatFitsReversed) {
     MirrorCase c;
     c.views[0] = with_columns_reversed(c.views[0]);

@@ -50,6 +50,17 @@ TEST(ResidentVolume, IsHalvedOnceAndMadeResidentOnce) {
     EXPECT_EQ(first->render(s.truth, 1).pixels, second->render(s.truth, 1).pixels);
 }
 
+TEST(ResidentVolume, AStepThatSuitsTheVolumeSuitsItsHalves) {
+    Scene64 s;
+    const RenderSettings fine{Projector::trilinear, 0.012 * s.volume.grid.spacing_mm.minCoeff()};
+    ResidentVolume resident(s.volume, fine, *s.choice.backend);
+    const auto whole = resident.session(0, s.views, {}), quarter = resident.session(2, s.views, {});
+    double a = 0, b = 0;
+    whole->evaluate({&s.truth, 1}, {&a, 1});
+    quarter->evaluate({&s.truth, 1}, {&b, 1});
+    EXPECT_NEAR(a, b, 0.3);
+}
+
 TEST(ResidentVolume, OtherRenderSettingsAndBadVolumesAreRefused) {
     Scene64 s;
     ResidentVolume resident(s.volume, {}, *s.choice.backend);

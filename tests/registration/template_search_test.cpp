@@ -130,6 +130,25 @@ TEST(TemplateSearch, CanBeStopped) {
                  Error);
 }
 
+TEST(TemplateSearch, ALatticeTooFineForMemoryIsMadeWiderAndCanBeStopped) {
+    TemplateCase c;
+    const TemplateRange fine{.turn_rad = 0.01, .reach_mm = 20, .spacing_mm = 0.04};
+    const auto search = [&](const std::function<void(double)>& progress) {
+        return poses_by_templates(*c.session, c.views, c.truth, c.extent, fine, 10, 2, progress);
+    };
+    int turns = 0;
+    const TemplateFits few = c.search(c.truth, {.turn_rad = 0.01, .reach_mm = 20});
+    const TemplateFits fits = search([&](double share) { turns += share > 0; });
+    EXPECT_GT(fits.tried, 100 * few.tried);
+    EXPECT_LT(fits.tried, 4'000'000 * 16);
+    EXPECT_LT(apart_mm(fits.best.front().world_from_ct, c.truth, c.extent), 1.5 * kPixel_mm);
+    int calls = 0;
+    EXPECT_THROW((void)search([&](double) {
+                     if (++calls == 3) throw Error("enough");
+                 }),
+                 Error);
+}
+
 TEST(TemplateSearch, FindsNothingWhereNoPlaceIsSeenByAllViews) {
     TemplateCase c;
     const RigidTransform nowhere = RigidTransform::translate({0, 0, 5000}) * c.truth;

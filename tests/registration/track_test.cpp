@@ -149,6 +149,9 @@ TEST(Track, BadInputIsRefusedAndLeavesTheTrackerAsItWas) {
     bad = {};
     bad.frame_step = 0;
     EXPECT_THROW((void)spine.tracker(bad), Error);
+    bad = {};
+    bad.registration.levels = 9;
+    EXPECT_THROW((void)spine.tracker(bad), Error) << "not a lost frame each";
     Tracker tracker = spine.tracker();
     (void)tracker.feed(3, spine.xrays(3));
     EXPECT_THROW((void)tracker.feed(3, spine.xrays(3)), Error) << "the same number again";
