@@ -110,7 +110,7 @@ StudyOptions settled(StudyOptions options) {
     if (!options.preset.empty()) {
         const StudyPreset& preset = preset_named(options.preset);
         if (options.bins.empty()) options.bins = preset.bins;
-        if (options.per_bin == -1) options.per_bin = preset.per_bin;
+        if (options.per_bin == StudyOptions::kOfPreset) options.per_bin = preset.per_bin;
         if (options.registration.engine.backend.empty()) {
             options.registration.engine.backend = joined(preset.backends, ",");
             options.backends_of_preset = true;
@@ -119,7 +119,7 @@ StudyOptions settled(StudyOptions options) {
         if (options.noise_photons < 0) options.noise_photons = preset.noise_photons;
     }
     if (options.bins.empty()) options.bins = "0:2:20";
-    if (options.per_bin == -1) options.per_bin = 10;
+    if (options.per_bin == StudyOptions::kOfPreset) options.per_bin = 10;
     if (options.registration.engine.backend.empty()) options.registration.engine.backend = "auto";
     if (options.registration.method.empty()) options.registration.method = "auto";
     if (options.registration.metric.empty()) options.registration.metric = "gc";

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ struct StudyOptions {
     std::filesystem::path views;   ///< views.json
     std::string preset;            ///< "" = none
     std::string bins;              ///< "LOW:STEP:HIGH" [mm]; "" = the preset's, or 0:2:20
-    int per_bin = -1;              ///< -1 = the preset's, or 10
+    static constexpr int kOfPreset = std::numeric_limits<int>::min();
+    int per_bin = kOfPreset;             ///< the preset's, or 10
     std::vector<std::string> view_sets;  ///< each names with commas; none = the preset's, or all views together
     double noise_photons = 0;            ///< of simulated X-rays; 0 = no noise
     long long trial = -1;                ///< run this one alone; -1 = the study

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "core/registration/number_text.h"
-#include "core/registration/search.h"
 
 namespace raylign {
 namespace {
@@ -56,13 +55,13 @@ void doubt_weak_views(const RegistrationResult& result, std::span<const View> vi
     }
 }
 
-/// A part that lies beyond the places that were looked at was not compared with its neighbours.
+/// A part whose centre lies beyond the places that were looked at was not compared with its neighbours.
 void doubt_beyond_range(const RegistrationResult& result, const RigidTransform& start, const ObjectExtent& extent,
                         std::vector<std::string>& reasons) {
     if (result.content != Content::part || !(result.search.range_mm > 0)) return;
-    const double moved_mm = apart_mm(start, result.world_from_ct, extent);
-    if (moved_mm <= result.search.range_mm) return;
-    reasons.push_back("the result lies " + fixed(moved_mm, 1) + " mm from the start, beyond the " +
+    const double shift_mm = (result.world_from_ct * extent.centre_ct_mm - start * extent.centre_ct_mm).norm();
+    if (shift_mm <= result.search.range_mm) return;
+    reasons.push_back("the result lies " + fixed(shift_mm, 1) + " mm from the start, beyond the " +
                       fixed(result.search.range_mm, 0) + " mm that were searched: a wider range may show a better one");
 }
 

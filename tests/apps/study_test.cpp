@@ -146,6 +146,7 @@ TEST_F(Study, BadOptionsAreRefusedBeforeAnythingIsWritten) {
         {{"--bins", "20:2:0"}, "bins"},
         {{"--bins", "0:2:nan"}, "--bins"},
         {{"--per-bin", "-1"}, "--per-bin = -1"},
+        {{"--per-bin", "0"}, "--per-bin = 0"},
         {{"--view", "PA"}, "--view = PA: must be one of AP, LAT"},
         {{"--view", "AP,AP"}, "given once each"},
         {{"--method", "magic"}, "method = magic"},
