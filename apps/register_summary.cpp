@@ -70,9 +70,11 @@ std::string register_summary(const RegisterRun& run) {
     std::string text = result.ok ? "registered\n" : "DOUBTFUL: the result must not be used unchecked\n";
     for (const std::string& reason : result.reasons) text += line("why", reason);
     text += update_lines(run);
-    const std::string before = std::isfinite(result.cost_initial) ? format("%.5f -> ", result.cost_initial) : "";
-    text += line("cost", before + format("%.5f (%s: 0 = perfect, 1 = unrelated)", result.cost_final,
-                                         run.options.metric.c_str()));
+    if (std::isfinite(result.cost_final)) {
+        const std::string before = std::isfinite(result.cost_initial) ? format("%.5f -> ", result.cost_initial) : "";
+        text += line("cost", before + format("%.5f (%s: 0 = perfect, 1 = unrelated)", result.cost_final,
+                                             run.options.metric.c_str()));
+    }
     if (run.truth) text += truth_line(run);
     text += confidence_lines(result);
     const unsigned long long poses = result.counters.evaluations + result.counters.linearizations;

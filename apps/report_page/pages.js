@@ -7,7 +7,7 @@ function registerPage({ report, images }) {
   const cards = [["cost (0 = perfect, 1 = unrelated)", `${number(report.cost.initial)} → ${number(report.cost.final)}`],
     ["time", seconds(t.total)], ["poses compared", number(report.evaluations + report.linearizations)], ["iterations", number(report.iterations)]];
   if (report.tre) cards.unshift(["mTRE, start → result", `${number(report.tre.initial_mtre_mm)} → ${number(report.tre.final_mtre_mm)} mm`], ["mRPD of the result", number(report.tre.final_mrpd_mm) + " mm"]);
-  if (report.content === "part") cards.push(["registered as", "a part of what the X-ray shows"]);
+  if (report.content === "part") cards.push(["of what the X-ray shows, registered as", "a part"]);
   if (report.search?.starts > 0) cards.push([`search (${report.search.mode}), poses compared`, number(report.search.starts)], ["ended here / rivals elsewhere", `${report.search.agreeing} / ${report.search.rivals.length}`]);
   if (report.sigma && report.sigma.expected_error_mm > 0) {
     cards.push(["expected error (rms)", number(report.sigma.expected_error_mm) + " mm"], ["uncertainty (1 σ)", `${number(report.sigma.translation_mm)} mm, ${number(report.sigma.rotation_deg)}°`]);

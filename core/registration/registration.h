@@ -129,8 +129,9 @@ struct RegistrationResult {
     std::string method_reason;                 ///< why, if it was chosen
     Content content = Content::whole;          ///< what it was registered as; never automatic
     std::vector<std::string> decisions;        ///< what the driver chose and why, in order
-    /// Finest level, final weights: of the start (NaN where time was up before) and of the result.
-    double cost_initial = std::numeric_limits<double>::quiet_NaN(), cost_final = 0;
+    /// Finest level, final weights: of the start and of the result. NaN where time was up before; the result's may then
+    /// be that of a coarser level.
+    double cost_initial = std::numeric_limits<double>::quiet_NaN(), cost_final = cost_initial;
     std::vector<double> view_costs;   ///< of the result, per view, finest level
     std::vector<double> overlap;      ///< share of the object that each view shows on usable pixels, [0, 1]
     std::vector<double> covered;      ///< share of each view's image that the box around the object fills

@@ -29,7 +29,7 @@ void doubt_the_end(const RegistrationResult& result, std::vector<std::string>& r
         reasons.push_back("the finest level ended by " + std::string(termination_name(last.termination)) + " after " +
                           std::to_string(last.iterations) + " iterations");
     }
-    if (result.cost_final > result.cost_initial || !std::isfinite(result.cost_final))
+    if (std::isfinite(result.cost_initial) && !(result.cost_final <= result.cost_initial))
         reasons.push_back("the result's cost is not below the start's");
 }
 

@@ -150,6 +150,7 @@ TEST(TimeLimit, ReturnsTheBestSoFarAndDoubtsIt) {
     EXPECT_FALSE(found.ok);
     ASSERT_FALSE(found.reasons.empty());
     EXPECT_NE(found.reasons.front().find("time limit"), std::string::npos);
+    EXPECT_TRUE(std::isnan(found.cost_final)) << "not a perfect 0";
     EXPECT_TRUE(std::isnan(found.cost_initial)) << "nothing is said of what was not evaluated";
     for (const std::string& reason : found.reasons) EXPECT_EQ(reason.find("not below"), std::string::npos) << reason;
     EXPECT_LE(c.mtre_mm(found.world_from_ct), 8.5);
