@@ -33,8 +33,9 @@ struct TemplateFits {
 /// refinement. One view does not tell depth: then only places at the nominal depth are tried.
 ///
 /// Uses the session's weights. Gives the `count` best, no two of one orientation closer than three spacings; the same
-/// for any number of threads; none where the object's centre is seen by all views at no place. `progress` is called now
-/// and then with the share done; it may throw to stop.
+/// for any number of threads; places lie farther apart than asked for where there would be more than 4 million. None
+/// where the object's centre is seen by all views at no place. `progress` is called now and then with the share done;
+/// it may throw to stop.
 [[nodiscard]] TemplateFits poses_by_templates(Session& session, std::span<const View> views,
                                               const RigidTransform& nominal, const ObjectExtent& extent,
                                               const TemplateRange& range, std::size_t count, int threads,

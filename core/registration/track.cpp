@@ -106,7 +106,7 @@ double Tracker::cost_limit() const {
 
 RegistrationOptions Tracker::first_options() const {
     RegistrationOptions options = options_.registration;
-    if (!last_frame_) return options;
+    if (!last_tracked_) return options;  // gaps before the first frame do not count
     if (content_) options.content = *content_;
     options.search.mode = Search::none;
     options.search.range_mm = options.search.range_deg = 0;

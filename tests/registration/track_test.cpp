@@ -109,6 +109,17 @@ TEST(Track, AFarStartIsSearchedFor) {
     EXPECT_LT(spine.mtre_mm(found), kGood_mm) << reasons(found);
 }
 
+TEST(Track, AGapBeforeTheFirstFrameLeavesItsSearch) {
+    MovingSpine spine;
+    TrackOptions options;
+    options.recovery = Search::none;
+    options.registration.search = {.mode = Search::near, .starts = 200};
+    Tracker tracker = spine.tracker(options);
+    (void)tracker.skip(0, "not taken");
+    EXPECT_EQ(tracker.feed(1, spine.xrays(1)).searched, Search::near);
+    EXPECT_EQ(tracker.feed(2, spine.xrays(2)).searched, Search::none) << "later ones without";
+}
+
 TEST(Track, AStartThatMissesTheViewsIsLostAndSaysSo) {
     MovingSpine spine;
     TrackOptions options;
