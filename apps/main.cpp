@@ -1,10 +1,10 @@
 #include <iostream>
 #include <new>
 
-#include "apps/commands.h"
-#include "apps/help.h"
-#include "apps/interrupt.h"
-#include "core/error.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/help.h"
+#include "apps/shared/interrupt.h"
+#include "core/base/error.h"
 
 namespace {
 

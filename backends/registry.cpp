@@ -1,10 +1,10 @@
-#include "backends/registry.h"
+#include "raylign/engines.h"
 
 #include <algorithm>
 #include <functional>
 
 #include "backends/reference/reference_backend.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #ifdef RAYLIGN_WITH_CPU
 #include "backends/cpu/cpu_backend.h"
 #endif

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "backends/registry.h"
-#include "core/evaluation/random.h"
+#include "raylign/engines.h"
+#include "core/base/random.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::bench {

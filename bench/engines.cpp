@@ -7,8 +7,8 @@
 #include <map>
 
 #include "bench/bench_scene.h"
-#include "core/error.h"
-#include "core/evaluation/targets.h"
+#include "core/base/error.h"
+#include "raylign/targets.h"
 #include "core/registration/registration.h"
 
 namespace raylign::bench {

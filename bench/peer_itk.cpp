@@ -7,7 +7,7 @@
 #include <chrono>
 
 #include "bench/peers.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::bench {
 namespace {

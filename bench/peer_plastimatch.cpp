@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "bench/peers.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::bench {
 namespace {

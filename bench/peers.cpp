@@ -23,11 +23,11 @@
 #include <string>
 #include <vector>
 
-#include "backends/registry.h"
+#include "raylign/engines.h"
 #include "bench/peers.h"
-#include "core/error.h"
-#include "core/evaluation/random.h"
-#include "core/io/volume_io.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "raylign/io/volume.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::bench {

@@ -4,10 +4,10 @@
 #include <functional>
 #include <string>
 
-#include "core/geometry/camera.h"
-#include "core/geometry/rigid_transform.h"
-#include "core/image/image.h"
-#include "core/image/volume.h"
+#include "raylign/camera.h"
+#include "raylign/rigid_transform.h"
+#include "raylign/image.h"
+#include "raylign/volume.h"
 
 namespace raylign::bench {
 

@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "bench/bench_scene.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/image/pyramid.h"
 
 namespace raylign::bench {

@@ -20,14 +20,14 @@
 #include <utility>
 #include <vector>
 
-#include "backends/registry.h"
-#include "core/error.h"
+#include "raylign/engines.h"
+#include "core/base/error.h"
 #include "core/evaluation/mismatch.h"
-#include "core/evaluation/random.h"
-#include "core/evaluation/simulate.h"
-#include "core/evaluation/targets.h"
+#include "core/base/random.h"
+#include "raylign/simulate.h"
+#include "raylign/targets.h"
 #include "core/image/region.h"
-#include "core/io/volume_io.h"
+#include "raylign/io/volume.h"
 #include "core/registration/registration.h"
 #include "tests/support/scenes.h"
 

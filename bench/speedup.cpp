@@ -9,7 +9,7 @@
 #include <string>
 
 #include "bench/bench_scene.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::bench {
 namespace {

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "backends/registry.h"
-#include "core/error.h"
-#include "core/evaluation/simulate.h"
-#include "core/evaluation/targets.h"
-#include "core/io/volume_io.h"
+#include "raylign/engines.h"
+#include "core/base/error.h"
+#include "raylign/simulate.h"
+#include "raylign/targets.h"
+#include "raylign/io/volume.h"
 #include "core/registration/registration.h"
 #include "tests/support/scenes.h"
 

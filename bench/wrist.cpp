@@ -10,11 +10,11 @@
 #include <numbers>
 #include <sstream>
 
-#include "apps/default_start.h"
-#include "backends/registry.h"
-#include "core/error.h"
-#include "core/evaluation/random.h"
-#include "core/evaluation/targets.h"
+#include "core/start/default_start.h"
+#include "raylign/engines.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "raylign/targets.h"
 #include "core/registration/registration.h"
 #include "tests/support/wrist.h"
 
@@ -41,7 +41,7 @@ RigidTransform start_of(const test::Wrist& wrist, bool global, double most_mm, s
     const RigidTransform turned{(exp_about(turn, Eigen::Vector3d::Zero()) * reference).rotation,
                                 Eigen::Vector3d::Zero()};
     const Eigen::Vector3d centre_ct = wrist.radius.grid.centre_ct_mm();
-    const Eigen::Vector3d middle_world = apps::default_start(wrist.radius.grid, wrist.views) * centre_ct;
+    const Eigen::Vector3d middle_world = default_start(wrist.radius.grid, wrist.views) * centre_ct;
     return RigidTransform::translate(middle_world - turned * centre_ct) * turned;
 }
 

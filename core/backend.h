@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/geometry/ray_frame.h"
-#include "core/geometry/rigid_transform.h"
-#include "core/image/view.h"
-#include "core/image/volume.h"
+#include "raylign/rigid_transform.h"
+#include "raylign/view.h"
+#include "raylign/volume.h"
 #include "core/similarity/linearization.h"
 #include "core/similarity/similarity.h"
 

@@ -4,7 +4,7 @@
 
 #include "backends/cpu/cpu_session.h"
 #include "backends/cpu/kernel_dispatch.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "backends/cpu/cpu_backend.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace cpu {

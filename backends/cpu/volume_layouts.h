@@ -9,7 +9,7 @@
 #include "backends/cpu/kernel_types.h"
 #include "backends/cpu/volume_copy.h"
 #include "backends/cpu/workers.h"
-#include "core/image/volume.h"
+#include "raylign/volume.h"
 
 namespace raylign::cpu {
 

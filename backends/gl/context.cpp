@@ -4,7 +4,7 @@
 #include <array>
 #include <cstring>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::gl {
 namespace {

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <optional>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::gl {
 namespace {

@@ -3,7 +3,7 @@
 #include "backends/gl/engine.h"
 #include "backends/gl/gl_session.h"
 #include "backends/gl/paper_session.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace gl {

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "backends/gl/programs.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::gl {
 namespace {

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <charconv>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::gl {
 namespace {

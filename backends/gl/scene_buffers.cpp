@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "backends/gl/frame_data.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/image/gradient_filter.h"
 
 namespace raylign::gl {

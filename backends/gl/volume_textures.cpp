@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "backends/gl/programs.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign::gl {
 namespace {

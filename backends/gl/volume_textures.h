@@ -6,7 +6,7 @@
 #include <string>
 
 #include "backends/gl/context.h"
-#include "core/image/volume.h"
+#include "raylign/volume.h"
 
 namespace raylign::gl {
 

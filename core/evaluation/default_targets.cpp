@@ -5,9 +5,9 @@
 #include <map>
 #include <string>
 
-#include "core/error.h"
-#include "core/evaluation/targets.h"
-#include "core/image/intensity.h"
+#include "core/base/error.h"
+#include "raylign/targets.h"
+#include "raylign/intensity.h"
 
 namespace raylign {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "core/image/image.h"
-#include "core/image/volume.h"
+#include "raylign/image.h"
+#include "raylign/volume.h"
 
 namespace raylign {
 

@@ -1,11 +1,11 @@
-#include "core/evaluation/simulate.h"
+#include "raylign/simulate.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

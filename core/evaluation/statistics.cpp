@@ -1,4 +1,4 @@
-#include "core/evaluation/statistics.h"
+#include "raylign/statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

@@ -1,11 +1,11 @@
-#include "core/evaluation/study.h"
+#include "raylign/study.h"
 
 #include <cmath>
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
 
 namespace raylign {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/evaluation/targets.h"
+#include "raylign/targets.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
 
 namespace raylign {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/geometry/camera.h"
+#include "raylign/camera.h"
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

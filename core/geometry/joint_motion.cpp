@@ -1,11 +1,11 @@
-#include "core/geometry/joint_motion.h"
+#include "raylign/joint_motion.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "core/geometry/camera.h"
-#include "core/geometry/grid.h"
-#include "core/geometry/rigid_transform.h"
+#include "raylign/camera.h"
+#include "raylign/grid.h"
+#include "raylign/rigid_transform.h"
 
 namespace raylign {
 

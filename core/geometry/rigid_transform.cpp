@@ -1,11 +1,11 @@
-#include "core/geometry/rigid_transform.h"
+#include "raylign/rigid_transform.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
 #include <sstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

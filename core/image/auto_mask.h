@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/image.h"
+#include "raylign/image.h"
 
 namespace raylign {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "core/image/image.h"
+#include "raylign/image.h"
 
 namespace raylign {
 

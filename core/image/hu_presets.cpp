@@ -1,7 +1,7 @@
 #include <array>
 
-#include "core/error.h"
-#include "core/image/intensity.h"
+#include "core/base/error.h"
+#include "raylign/intensity.h"
 
 namespace raylign {
 namespace {

@@ -1,10 +1,10 @@
-#include "core/image/intensity.h"
+#include "raylign/intensity.h"
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/image/auto_mask.h"
 #include "core/image/field_of_view.h"
 

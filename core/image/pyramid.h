@@ -1,8 +1,8 @@
 #pragma once
 
-#include "core/image/image.h"
-#include "core/image/view.h"
-#include "core/image/volume.h"
+#include "raylign/image.h"
+#include "raylign/view.h"
+#include "raylign/volume.h"
 
 namespace raylign {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/image/volume.h"
+#include "raylign/volume.h"
 
 namespace raylign {
 

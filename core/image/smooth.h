@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/image/image.h"
+#include "raylign/image.h"
 
 namespace raylign {
 

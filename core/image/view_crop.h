@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/geometry/grid.h"
-#include "core/image/view.h"
+#include "raylign/grid.h"
+#include "raylign/view.h"
 
 namespace raylign {
 

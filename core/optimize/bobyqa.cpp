@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

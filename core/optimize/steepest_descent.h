@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/optimize/step.h"
-#include "core/optimize/termination.h"
+#include "raylign/termination.h"
 
 namespace raylign {
 

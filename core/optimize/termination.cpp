@@ -1,4 +1,4 @@
-#include "core/optimize/termination.h"
+#include "raylign/termination.h"
 
 namespace raylign {
 

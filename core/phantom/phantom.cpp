@@ -1,4 +1,4 @@
-#include "core/phantom/phantom.h"
+#include "raylign/phantom.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

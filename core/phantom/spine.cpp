@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/phantom/phantom.h"
+#include "core/base/error.h"
+#include "raylign/phantom.h"
 
 // The anatomy is drawn, not measured: sizes of an adult thoracolumbar spine as atlases give them, rounded. Lengths in
 // this file are mm of a vertebra of natural size; `scale` turns them into mm of the phantom.

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/phantom/phantom.h"
+#include "core/base/error.h"
+#include "raylign/phantom.h"
 
 namespace raylign {
 namespace {

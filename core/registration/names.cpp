@@ -1,7 +1,7 @@
 #include <array>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/registration/registration.h"
 
 namespace raylign {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
-#include "core/error.h"
-#include "core/registration/driver.h"
-#include "core/registration/resident_volume.h"
-#include "core/registration/verdict.h"
+#include "core/base/error.h"
+#include "core/registration/strategy/driver.h"
+#include "core/registration/object/resident_volume.h"
+#include "core/registration/trust/verdict.h"
 
 namespace raylign {
 namespace {

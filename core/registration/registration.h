@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/backend.h"
-#include "core/optimize/termination.h"
+#include "raylign/termination.h"
 
 namespace raylign {
 

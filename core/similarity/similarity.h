@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/image/gradient_filter.h"
-#include "core/image/view.h"
+#include "raylign/view.h"
 
 namespace raylign {
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
-#include "core/evaluation/targets.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "raylign/targets.h"
 #include "core/validation/compare_scene.h"
 #include "core/validation/differences.h"
 

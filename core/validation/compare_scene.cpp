@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
-#include "core/evaluation/targets.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "raylign/targets.h"
 #include "core/image/pyramid.h"
 
 namespace raylign::validation {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/image.h"
+#include "raylign/image.h"
 #include "core/similarity/linearization.h"
 
 namespace raylign::validation {

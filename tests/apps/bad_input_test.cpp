@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/io/image_io.h"
+#include "raylign/io/image.h"
 #include "tests/apps/small_case.h"
 
 namespace raylign::test {

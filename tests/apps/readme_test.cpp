@@ -7,8 +7,8 @@
 #include <iterator>
 #include <string>
 
-#include "core/io/output.h"
-#include "core/io/views_io.h"
+#include "core/io/files/output.h"
+#include "raylign/io/views.h"
 
 namespace raylign {
 namespace {

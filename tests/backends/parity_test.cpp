@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/evaluation/targets.h"
+#include "raylign/targets.h"
 #include "core/registration/registration.h"
 #include "tests/support/backends.h"
 #include "tests/support/image_compare.h"

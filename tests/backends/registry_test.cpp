@@ -1,8 +1,8 @@
-#include "backends/registry.h"
+#include "raylign/engines.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace raylign {
 namespace {

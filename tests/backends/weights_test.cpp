@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "core/evaluation/random.h"
+#include "core/base/random.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerances.h"

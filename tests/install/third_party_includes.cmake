@@ -27,4 +27,4 @@ only_in("[<\"](expat\\.h|yaml-cpp/)" core/io)
 only_in("[<\"]CLI/" apps)
 only_in("<(iostream|cstdio|mutex)>" backends apps core/io)
 # The template search is work of its own, beside the engines; nothing else in core starts threads.
-only_in("<thread>" backends apps core/io core/registration/template_search.cpp)
+only_in("<thread>" backends apps core/io core/registration/strategy/template_search.cpp)

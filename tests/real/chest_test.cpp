@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/evaluation/simulate.h"
-#include "core/evaluation/targets.h"
-#include "core/io/volume_io.h"
+#include "raylign/simulate.h"
+#include "raylign/targets.h"
+#include "raylign/io/volume.h"
 #include "core/registration/registration.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"

@@ -7,7 +7,7 @@
 
 #include <numbers>
 
-#include "core/evaluation/targets.h"
+#include "raylign/targets.h"
 #include "core/registration/registration.h"
 #include "tests/support/backends.h"
 #include "tests/support/test_data.h"

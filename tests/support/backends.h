@@ -7,8 +7,8 @@
 #include <sstream>
 #include <string>
 
-#include "backends/registry.h"
-#include "core/error.h"
+#include "raylign/engines.h"
+#include "core/base/error.h"
 
 namespace raylign::test {
 
@@ -23,7 +23,7 @@ inline bool is_required(const std::string& name) {
 }
 
 /// Options under which an engine is held to the float tolerances: float voxels, interpolated in the shader. What
-/// texture filters and 16-bit voxels do is tested in tests/gl.
+/// texture filters and 16-bit voxels do is tested in tests/backends/gl.
 inline BackendOptions parity_options(const std::string& name) {
     if (name == "gl" || name == "gl-2006") return {.storage = "float32", .interpolation = "exact"};
     return {};

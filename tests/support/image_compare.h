@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/image/image.h"
+#include "raylign/image.h"
 
 namespace raylign::test {
 

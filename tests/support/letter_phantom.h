@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/phantom/phantom.h"
+#include "raylign/phantom.h"
 
 namespace raylign::test {
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "core/evaluation/simulate.h"
-#include "core/geometry/camera.h"
-#include "core/image/view.h"
-#include "core/phantom/phantom.h"
+#include "raylign/simulate.h"
+#include "raylign/camera.h"
+#include "raylign/view.h"
+#include "raylign/phantom.h"
 
 namespace raylign::test {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/io/views_io.h"
-#include "core/io/volume_io.h"
+#include "raylign/io/views.h"
+#include "raylign/io/volume.h"
 
 namespace raylign::test {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/io/text.h"
+#include "core/base/error.h"
+#include "core/io/files/text.h"
 
 namespace raylign::detail {
 namespace {

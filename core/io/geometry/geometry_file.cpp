@@ -1,12 +1,12 @@
-#include "core/io/geometry/geometry_file.h"
+#include "raylign/io/geometry.h"
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/io/file_format.h"
+#include "core/base/error.h"
+#include "core/io/files/file_format.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/number_text_reader.h"
-#include "core/io/text.h"
+#include "core/io/files/text.h"
 
 namespace raylign {
 

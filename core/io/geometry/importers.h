@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/io/geometry/geometry_file.h"
+#include "raylign/io/geometry.h"
 
 namespace raylign::detail {
 

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/error.h"
-#include "core/io/file_format.h"
-#include "core/io/text.h"
+#include "core/base/error.h"
+#include "core/io/files/file_format.h"
+#include "core/io/files/text.h"
 
 namespace raylign::detail {
 namespace {

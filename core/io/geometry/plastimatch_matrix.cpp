@@ -2,11 +2,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/number_text_reader.h"
 #include "core/io/geometry/stored_projection.h"
-#include "core/io/text.h"
+#include "core/io/files/text.h"
 
 namespace raylign {
 namespace detail {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/io/geometry/stored_projection.h"
-#include "core/io/text.h"
+#include "core/io/files/text.h"
 
 namespace raylign::detail {
 namespace {

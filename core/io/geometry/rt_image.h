@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "core/io/dicom_tags.h"
-#include "core/io/geometry/geometry_file.h"
+#include "core/io/dicom/dicom_tags.h"
+#include "raylign/io/geometry.h"
 
 namespace raylign::detail {
 

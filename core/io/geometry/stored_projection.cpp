@@ -3,8 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/io/text.h"
+#include "core/base/error.h"
+#include "core/io/files/text.h"
 
 namespace raylign::detail {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "core/image/image.h"
-#include "core/io/geometry/geometry_file.h"
+#include "raylign/image.h"
+#include "raylign/io/geometry.h"
 
 namespace raylign::detail {
 

@@ -1,4 +1,4 @@
-#include "core/geometry/camera.h"
+#include "raylign/camera.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
 
 namespace raylign {
 namespace {

@@ -1,8 +1,8 @@
-#include "core/geometry/grid.h"
+#include "raylign/grid.h"
 
 #include <gtest/gtest.h>
 
-#include "core/geometry/rigid_transform.h"
+#include "raylign/rigid_transform.h"
 
 namespace raylign {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/geometry/rigid_transform.h"
+#include "raylign/rigid_transform.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <limits>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
 
 namespace raylign {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
 
 namespace raylign {
 namespace {

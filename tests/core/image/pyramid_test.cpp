@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/evaluation/random.h"
+#include "core/base/random.h"
 
 namespace raylign {
 namespace {

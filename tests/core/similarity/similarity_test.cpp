@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/evaluation/random.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
 
 namespace raylign {
 namespace {

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "backends/registry.h"
-#include "core/evaluation/targets.h"
-#include "core/phantom/phantom.h"
+#include "raylign/engines.h"
+#include "raylign/targets.h"
+#include "raylign/phantom.h"
 #include "core/registration/registration.h"
 
 int main() {

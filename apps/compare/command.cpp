@@ -1,0 +1,203 @@
+#include <algorithm>
+#include <iostream>
+
+#include "apps/shared/commands.h"
+#include "apps/compare/report.h"
+#include "apps/shared/help.h"
+#include "apps/shared/interrupt.h"
+#include "apps/shared/progress_bar.h"
+#include "apps/report_page/report_page.h"
+#include "apps/study/simulated_views.h"
+#include "apps/study/options.h"
+#include "core/base/error.h"
+#include "raylign/targets.h"
+#include "core/io/files/output.h"
+#include "raylign/io/pose.h"
+#include "raylign/io/views.h"
+
+namespace raylign::apps {
+namespace {
+
+struct CompareFlags {
+    VolumeFlags volume;
+    EngineFlags engine;  ///< backend: a list with commas; "" = all that run here
+    std::filesystem::path views, pose, targets, output;
+    std::string method = "auto", metric = "gc";
+    CompareOptions compare;
+    bool quiet = false, json = false;
+};
+
+/// The oracle first: reference where it is asked for, else the first named.
+std::vector<std::string> names_of(const CompareFlags& flags) {
+    std::vector<std::string> names;
+    if (!flags.engine.backend.empty()) {
+        names = parse_list(flags.engine.backend, "--backends");
+    } else {
+        for (const BackendStatus& status : backend_statuses()) {
+            if (status.available) names.push_back(status.name);
+        }
+    }
+    const auto oracle = std::ranges::find(names, "reference");
+    if (oracle != names.end()) std::rotate(names.begin(), oracle, oracle + 1);
+    return names;
+}
+
+struct CompareInputs {
+    Volume volume;
+    std::vector<View> views;
+    RigidTransform world_from_ct;
+    std::vector<Eigen::Vector3d> targets;
+};
+
+CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
+    CompareInputs inputs;
+    inputs.world_from_ct = read_pose(flags.pose);
+    run.files = {flags.pose};
+    ViewsFile views = read_views(flags.views, ReadImages::if_named);
+    inputs.views = std::move(views.views);
+    run.files.insert(run.files.end(), views.files.begin(), views.files.end());
+    run.notes = views.notes;
+    if (!flags.targets.empty()) {
+        inputs.targets = read_targets(flags.targets);
+        run.files.push_back(flags.targets);
+    }
+    VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
+    inputs.volume = std::move(volume.volume);
+    run.files.insert(run.files.end(), volume.files.begin(), volume.files.end());
+    run.notes.insert(run.notes.end(), volume.notes.begin(), volume.notes.end());
+    stop_if_interrupted();
+    if (inputs.targets.empty()) inputs.targets = default_targets_ct_mm(inputs.volume);
+    run.simulation =
+        simulate_missing_images(inputs.volume, inputs.views, inputs.world_from_ct, run.options.render.projector).how;
+    return inputs;
+}
+
+std::vector<PageOverlay> pictures(const CompareInputs& inputs, const std::vector<NamedBackend>& engines,
+                                  const CompareRun& run, const std::filesystem::path& scratch) {
+    std::vector<PageOverlay> overlays;
+    for (const View& view : inputs.views) {
+        overlays.push_back({view.name, page_layer("X-ray", view.image, view.weights, scratch), {}});
+    }
+    for (const NamedBackend& engine : engines) {
+        stop_if_interrupted();
+        const auto session = engine.backend->prepare({inputs.volume, inputs.views, run.options.render, {}});
+        for (std::size_t v = 0; v < inputs.views.size(); ++v) {
+            overlays[v].layers.push_back(page_layer("DRR by " + engine.name, session->render(inputs.world_from_ct, v),
+                                                    inputs.views[v].weights, scratch));
+        }
+    }
+    return overlays;
+}
+
+Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<NamedBackend>& engines,
+                                 CompareOptions options, ProgressBar::Show show) {
+    ProgressBar bar(show);
+    options.progress = [&bar](const std::string& stage, double fraction) {
+        bar.draw(std::to_string(static_cast<int>(100 * fraction)) + "%  " + stage);
+    };
+    options.cancelled = interrupted;
+    try {
+        return compare_backends(inputs.volume, inputs.views, inputs.world_from_ct, inputs.targets, engines, options);
+    } catch (const Error& error) {
+        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();  // our words for it
+        throw;
+    }
+}
+
+void check(const CompareFlags& flags) {
+    DrrOptions shared;  // the same rules for the same flags
+    shared.volume = flags.volume;
+    shared.engine = flags.engine;
+    settle_conflicts(shared);
+    refuse_to_overwrite({flags.volume.file, flags.views, flags.pose, flags.targets}, flags.output,
+                        {"compare.json", "compare.html"});
+}
+
+int run_compare(const CompareFlags& flags, const Invocation& invocation) {
+    check(flags);
+    CompareRun run{invocation, {}, {}, flags.compare, {}, {}, {}};
+    run.options.method = method_from_name(flags.method);
+    run.options.similarity.metric = metric_from_name(flags.metric);
+    run.options.render = render_settings(flags.engine);
+    std::vector<std::unique_ptr<Backend>> backends;
+    std::vector<NamedBackend> engines;
+    for (const std::string& name : names_of(flags)) {
+        EngineFlags one = flags.engine;
+        one.backend = name;
+        backends.push_back(choose_backend(one).backend);
+        run.backends.push_back(backends.back()->info());
+        engines.push_back({run.backends.back().name, backends.back().get()});
+    }
+    const CompareInputs inputs = read_inputs(flags, run);
+    OutputFolder folder(flags.output);
+    run.comparison = compare_with_progress(inputs, engines, run.options,
+                                           flags.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals);
+    const std::string json = compare_json(run);
+    write_text(folder.stage("compare.json"), json);
+    const std::filesystem::path page = folder.stage("compare.html");
+    write_text(page, report_page("compare", json, pictures(inputs, engines, run, page.parent_path())));
+    stop_if_interrupted();
+    folder.commit();
+    if (flags.json) {
+        std::cout << json;
+    } else if (!flags.quiet) {
+        std::cout << compare_table(run) << "written: " << flags.output.string() << ": compare.html compare.json\n";
+    }
+    return run.comparison.agrees() ? 0 : 1;
+}
+
+void add_compare_flags(CLI::App& command, CompareFlags& flags) {
+    CompareOptions& compare = flags.compare;
+    describe(command.add_option("--poses", compare.poses, "Random poses compared, the given one first; default 20"),
+             "N", kMethodGroup);
+    describe(command.add_option("--spread", compare.spread_mm, "Largest mTRE of the random poses in mm; default 10"),
+             "MM", kMethodGroup);
+    describe(command.add_option("--longest-side", compare.longest_side_px,
+                                "Images are halved to this for all but two DRRs; default 128"),
+             "PX", kMethodGroup);
+    describe(command.add_option("--registrations", compare.registrations,
+                                "Whole registrations from the same random starts; default 3"),
+             "N", kMethodGroup);
+    describe(command.add_option("--method", flags.method, "Of the registrations, as in register; default auto"), "NAME",
+             kMethodGroup);
+    describe(command.add_option("--metric", flags.metric, "gc or ncc; default gc"), "NAME", kMethodGroup);
+    describe(command.add_option("--seed", compare.seed, "Of poses and starts; default 1"), "N", kMethodGroup);
+    add_engine_flags(command, flags.engine);
+    command.remove_option(command.get_option("--backend"));
+    describe(command.add_option("--backends", flags.engine.backend,
+                                "Names with commas; reference, or else the first, is the oracle;\n"
+                                "default: all that run here"),
+             "NAMES", kBackendGroup);
+    describe(command.add_option("-o,--output", flags.output, "Folder for compare.html and compare.json")->required(),
+             "DIR (required)", kOutputGroup);
+    command.add_flag("--json", flags.json, "Print compare.json and nothing else; default off")->group(kOutputGroup);
+    command.add_flag("--quiet", flags.quiet, "No progress bar, no table; default off")->group(kOutputGroup);
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, Job& job) {
+    const auto flags = std::make_shared<CompareFlags>();
+    flags->engine.backend.clear();
+    CLI::App& command = *app.add_subcommand("compare", "Check that engines agree, on your CT and views");
+    add_volume_flags(command, flags->volume);
+    describe(
+        command.add_option("--views", flags->views, "views.json; views without an image are simulated")->required(),
+        "FILE (required)", kInputGroup);
+    describe(
+        command.add_option("--pose", flags->pose, "world_from_ct to compare around: pose.json or .tfm")->required(),
+        "FILE (required)", kStartGroup);
+    describe(
+        command.add_option("--targets", flags->targets, "Points in the CT (JSON, CSV, .fcsv); default: over the bone"),
+        "FILE", kStartGroup);
+    add_compare_flags(command, *flags);
+    finish_command(
+        command,
+        "  raylign compare -v ct.nii.gz --views views.json --pose pose.json -o compared\n"
+        "  raylign compare -v ct.nii.gz --views views.json --pose pose.json --backends reference,cpu,gl -o compared\n"
+        "Exit code 1 where anything disagrees.");
+    command.callback(
+        [flags, &job] { job = [flags](const Invocation& invocation) { return run_compare(*flags, invocation); }; });
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,190 @@
+#include <iostream>
+
+#include "apps/shared/clock.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/help.h"
+#include "apps/shared/interrupt.h"
+#include "apps/shared/manifest.h"
+#include "apps/pictures/overlay.h"
+#include "apps/shared/progress_bar.h"
+#include "apps/register/flags.h"
+#include "apps/register/inputs.h"
+#include "apps/register/summary.h"
+#include "apps/register/report.h"
+#include "apps/report_page/report_page.h"
+#include "core/base/error.h"
+#include "core/io/files/output.h"
+#include "raylign/io/pose.h"
+#include "core/registration/trust/mirrored.h"
+#include "core/registration/object/resident_volume.h"
+
+namespace raylign::apps {
+namespace {
+
+std::vector<std::string> output_file_names(const std::vector<View>& views) {
+    std::vector<std::string> names{"pose.json", "pose.tfm", "report.json", "report.html"};
+    for (const View& view : views) {
+        names.push_back("overlay_" + view.name + ".png");
+        names.push_back("drr_" + view.name + ".tif");
+    }
+    return names;
+}
+
+RegistrationResult run_with_progress(const RegisterInputs& inputs, const RegistrationOptions& options, Backend& backend,
+                                     ProgressBar::Show show) {
+    ProgressBar bar(show);
+    const auto report = [&bar](const RegistrationProgress& progress) {
+        bar.draw(progress_line(progress));
+        return !interrupted();
+    };
+    try {
+        ResidentVolume volume(inputs.volume, options.render, backend);
+        RegistrationResult result = register_volume(volume, inputs.views, inputs.start_world_from_ct, options, report);
+        if (!result.ok && options.time_limit_s == 0) {
+            const auto mirrored =
+                mirror_suspicion(volume, inputs.views, inputs.start_world_from_ct, options, result, report);
+            if (mirrored) result.reasons.push_back(*mirrored);
+        }
+        return result;
+    } catch (const Error& error) {
+        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();  // our words for it
+        throw;
+    }
+}
+
+/// Shown pixels per mm at the depth of the object's centre: the focal length over the depth.
+std::optional<double> px_per_mm(const View& view, const RigidTransform& world_from_ct,
+                                const Eigen::Vector3d& centre_ct) {
+    const double depth_mm = (view.geometry.camera_from_world * (world_from_ct * centre_ct)).z();
+    if (!(depth_mm > 0)) return std::nullopt;
+    return view.geometry.camera.intrinsics_px(0, 0) / depth_mm;
+}
+
+/// Returns the pictures of report.html.
+std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& options,
+                                        const RegistrationResult& result, Backend& backend, OutputFolder& folder) {
+    std::vector<PageOverlay> overlays;
+    std::vector<View> views = inputs.views;
+    for (View& view : views) view.image = view.weights = {};  // only to be rendered: no channels to make
+    const auto session = backend.prepare({inputs.volume, views, options.render, options.similarity});
+    for (std::size_t i = 0; i < inputs.views.size(); ++i) {
+        stop_if_interrupted();
+        const View& view = inputs.views[i];
+        const Image drr_start = session->render(inputs.start_world_from_ct, i);
+        const Image drr_result = session->render(result.world_from_ct, i);
+        write_image(folder.stage("drr_" + view.name + ".tif"), drr_result);
+        write_png(folder.stage("overlay_" + view.name + ".png"),
+                  overlay_picture({view.name, view.image, view.weights, drr_start, drr_result,
+                                   px_per_mm(view, result.world_from_ct, inputs.volume.grid.centre_ct_mm())}));
+        overlays.push_back(
+            page_overlay(view.name, view, drr_start, drr_result, folder.stage("report.html").parent_path()));
+    }
+    return overlays;
+}
+
+std::optional<TruthComparison> compare_with_truth(const RegisterInputs& inputs, const RegistrationResult& result) {
+    if (!inputs.true_world_from_ct) return std::nullopt;
+    std::vector<ViewGeometry> geometries;
+    for (const View& view : inputs.views) geometries.push_back(view.geometry);
+    const auto errors = [&](const RigidTransform& world_from_ct) {
+        return target_errors(world_from_ct, *inputs.true_world_from_ct, inputs.targets_ct_mm, geometries);
+    };
+    return TruthComparison{errors(inputs.start_world_from_ct), errors(result.world_from_ct)};
+}
+
+/// Writes everything but moves nothing into place yet. Returns report.json's text.
+std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registration, Backend& backend,
+                          Clock::time_point begin, OutputFolder& folder) {
+    write_pose(folder.stage("pose.json"), run.result.world_from_ct);
+    write_pose(folder.stage("pose.tfm"), run.result.world_from_ct);
+    const std::vector<PageOverlay> overlays = stage_pictures(run.inputs, registration, run.result, backend, folder);
+    run.total_s = seconds_since(begin);  // all but hashing the inputs for the report
+    const std::string report = report_json(run);
+    write_text(folder.stage("report.json"), report);
+    write_text(folder.stage("report.html"), report_page("register", report, overlays, {{"machine", machine_json()}}));
+    return report;
+}
+
+int run_register(const RegisterOptions& options, const Invocation& invocation) {
+    const auto begin = Clock::now();
+    settle_conflicts(options);
+    RegistrationOptions registration = registration_options(options);  // names first: cheap to refuse
+    BackendChoice choice = choose_backend(options.engine);
+    const RegisterInputs inputs = read_register_inputs(options);
+    registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;
+    registration.cancelled = interrupted;
+    const std::vector<std::string> names = output_file_names(inputs.views);
+    refuse_to_overwrite(inputs.files, options.output, names);
+    OutputFolder folder(options.output);  // before the work: an unwritable folder should not cost a run
+
+    const auto show = options.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals;
+    RegistrationResult result = run_with_progress(inputs, registration, *choice.backend, show);
+    std::optional<TruthComparison> truth = compare_with_truth(inputs, result);
+    RegisterRun run{options,          invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result),
+                    std::move(truth), names,      0};
+    const std::string report = stage_outputs(run, registration, *choice.backend, begin, folder);
+    stop_if_interrupted();
+    folder.commit();
+
+    if (options.json) {
+        std::cout << report;
+    } else if (!options.quiet) {
+        std::cout << register_summary(run);
+    }
+    return run.result.ok ? 0 : 1;
+}
+
+void add_start_flags(CLI::App& command, RegisterOptions& options) {
+    add_views_option(command, options.views, "views.json: images, cameras, masks");
+    add_auto_mask_flag(command, options);
+    describe(command.add_option("--start", options.start,
+                                "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), or \"dicom\";\n"
+                                "default: CT centre where central rays meet, patient axes as world axes"),
+             "FILE", kStartGroup);
+    describe(command.add_option("--landmarks3d", options.landmarks3d,
+                                "Points in the CT to start from: Markups JSON, .fcsv, CSV; default none"),
+             "FILE", kStartGroup);
+    describe(command.add_option("--landmarks", options.landmarks,
+                                "The same points in a view, CSV name,x,y or JSON [px]; may be repeated; default none"),
+             "VIEW=FILE ...", kStartGroup);
+    describe(command.add_option("--targets", options.targets,
+                                "Points in the CT (JSON, CSV, .fcsv): rotation centre, TRE; "
+                                "default: over the bone"),
+             "FILE", kStartGroup);
+    describe(command.add_option("--truth", options.truth, "True pose, to report the error; default none"), "FILE",
+             kStartGroup);
+}
+
+void add_output_flags(CLI::App& command, RegisterOptions& options) {
+    describe(
+        command
+            .add_option("-o,--output", options.output,
+                        "Folder for pose, report, overlays, DRRs; replaced when there is a result, doubtful or not")
+            ->required(),
+        "DIR (required)", kOutputGroup);
+    command.add_flag("--json", options.json, "Print report.json and nothing else; default off")->group(kOutputGroup);
+    command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
+}
+
+}  // namespace
+
+void add_register_command(CLI::App& app, Job& job) {
+    const auto options = std::make_shared<RegisterOptions>();
+    CLI::App& command = *app.add_subcommand("register", "Find the pose of a CT in one or more X-rays");
+    add_volume_flags(command, options->volume);
+    add_start_flags(command, *options);
+    add_method_flags(command, *options);
+    add_search_flags(command, *options);
+    add_engine_flags(command, options->engine);
+    add_output_flags(command, *options);
+    finish_command(
+        command,
+        "  raylign register -v ct.nii.gz --views views.json --start pose.json -o result\n"
+        "  raylign register -v dicom_folder --series 2 --views views.json -o result --backend cpu --threads 4\n"
+        "  raylign register -v ct.mha --views xrays/views.json --truth pose.json -o result --json > report.json");
+    command.callback([options, &job] {
+        job = [options](const Invocation& invocation) { return run_register(*options, invocation); };
+    });
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,93 @@
+#include "apps/report_page/report_page.h"
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "apps/pictures/picture.h"
+#include "apps/report_page/page_files.h"
+
+namespace raylign::apps {
+namespace {
+
+constexpr int kLongestSide_px = 512;
+
+std::string replaced(std::string text, std::string_view mark, std::string_view by) {
+    const std::size_t at = text.find(mark);
+    return at == std::string::npos ? text : text.replace(at, mark.size(), by);
+}
+
+/// JSON inside <script>: a "</script>" in a file's name must not end it. "<\/" is the same text to JSON.
+std::string safe_in_script(std::string_view json) {
+    std::string safe;
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        safe += json[i];
+        if (json[i] != '<') continue;
+        safe.pop_back();
+        safe += "\\u003c";
+    }
+    return safe;
+}
+
+nlohmann::ordered_json json_of(const PageLayer& layer) { return {{"label", layer.label}, {"uri", layer.uri}}; }
+
+}  // namespace
+
+std::string base64(std::string_view bytes) {
+    constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+        unsigned group = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0);
+        for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
+bool report_has_charts() { return !page_charts().empty(); }
+
+PageLayer page_layer(const std::string& label, const Image& image, const Image& weights,
+                     const std::filesystem::path& scratch) {
+    const Image small = shrunk_to(image, kLongestSide_px);
+    const Image small_weights = weights.empty() ? Image() : shrunk_to(weights, kLongestSide_px);
+    const std::filesystem::path file = scratch / "page_layer.png";
+    write_png(file, grey_picture(small, robust_window(small, small_weights)));
+    std::ifstream stream(file, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+    stream.close();
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
+    return {label, "data:image/png;base64," + base64(bytes)};
+}
+
+PageOverlay page_overlay(const std::string& title, const View& view, const Image& drr_start, const Image& drr_found,
+                         const std::filesystem::path& scratch) {
+    return {title,
+            page_layer("X-ray " + view.name, view.image, view.weights, scratch),
+            {page_layer("DRR at the start", drr_start, view.weights, scratch),
+             page_layer("DRR as found", drr_found, view.weights, scratch)}};
+}
+
+std::string report_page(std::string_view kind, std::string_view report, const std::vector<PageOverlay>& overlays,
+                        const std::vector<std::pair<std::string, std::string>>& more) {
+    nlohmann::ordered_json images = nlohmann::ordered_json::array();
+    for (const PageOverlay& overlay : overlays) {
+        nlohmann::ordered_json layers = nlohmann::ordered_json::array();
+        for (const PageLayer& layer : overlay.layers) layers.push_back(json_of(layer));
+        images.push_back({{"title", overlay.title}, {"base", json_of(overlay.base)}, {"layers", layers}});
+    }
+    std::string data = "{\"kind\":\"" + std::string(kind) + "\",\"report\":" + std::string(report) +
+                       ",\"images\":" + images.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    for (const auto& [name, json] : more) data += ",\"" + name + "\":" + json;
+    data += "}";
+    std::string page = replaced(std::string(page_html()), "@TITLE@", "raylign report");
+    page = replaced(std::move(page), "@STYLE@", page_style());
+    page = replaced(std::move(page), "@SCRIPT@", page_script());
+    page = replaced(std::move(page), "@CHARTS@", page_charts());
+    return replaced(std::move(page), "@DATA@", safe_in_script(data));
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "apps/shared/options.h"
+
+namespace raylign::apps {
+
+/// What the command line asks for; returns the exit code.
+using Job = std::function<int(const Invocation&)>;
+
+/// Each adds its sub-command to `app`; when the command line names it, `job` becomes its work.
+void add_register_command(CLI::App& app, Job& job);
+void add_drr_command(CLI::App& app, Job& job);
+void add_geometry_command(CLI::App& app, Job& job);
+void add_info_command(CLI::App& app, Job& job);
+void add_phantom_command(CLI::App& app, Job& job);
+void add_track_command(CLI::App& app, Job& job);
+void add_study_command(CLI::App& app, Job& job);
+void add_compare_command(CLI::App& app, Job& job);
+void add_bench_command(CLI::App& app, Job& job);
+
+}  // namespace raylign::apps

@@ -1,0 +1,37 @@
+#include "apps/shared/interrupt.h"
+
+#include <atomic>
+#include <csignal>
+
+#include "core/base/error.h"
+
+namespace raylign::apps {
+namespace {
+
+// The one global of the project: a signal handler gets no context to find anything else by, and only a lock-free atomic
+// is safe to touch in it.
+std::atomic<bool> stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void note_interrupt(int) { stop_asked.store(true, std::memory_order_relaxed); }
+
+}  // namespace
+
+void catch_interrupts() {
+    struct sigaction action {};
+    action.sa_handler = note_interrupt;
+    // A read or write in progress is finished, not failed. A second signal has its usual effect: the way out should a
+    // step take too long.
+    action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+}
+
+bool interrupted() noexcept { return stop_asked.load(std::memory_order_relaxed); }
+
+void stop_if_interrupted() {
+    if (interrupted()) throw Error("interrupted: no file was changed", ErrorKind::cancelled);
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,188 @@
+#include <iostream>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/help.h"
+#include "apps/shared/interrupt.h"
+#include "apps/shared/progress_bar.h"
+#include "apps/study/report.h"
+#include "apps/study/run.h"
+#include "core/base/error.h"
+#include "core/io/files/output.h"
+
+namespace raylign::apps {
+namespace {
+
+constexpr const char* kJournal = "study.journal";
+
+/// Sets up on every rank, or on none: returns true where all could, and rank 0 throws the first problem.
+bool all_are_ready(Ranks& ranks, const std::string& config, const std::string& problem) {
+    const std::vector<std::string> problems = ranks.exchange(problem);
+    const std::vector<std::string> configs = ranks.exchange(config);
+    for (int r = 0; r < ranks.size(); ++r) {
+        const std::string who = r == 0 ? "" : "rank " + std::to_string(r) + ": ";
+        if (!problems[r].empty()) {
+            if (ranks.rank() == 0) std::cerr << "raylign study: " << who << problems[r] << "\n";
+            return false;
+        }
+        if (configs[r] != configs[0]) {
+            if (ranks.rank() == 0) {
+                std::cerr << "raylign study: " << who
+                          << "sees other inputs, options or engines than rank 0 (another processor or file?)\n";
+            }
+            return false;
+        }
+    }
+    return true;
+}
+
+void write_results(const Study& study, const StudyJournal& journal, const Invocation& invocation) {
+    std::vector<TrialRecord> records;
+    for (const auto& [number, record] : journal.trials()) records.push_back(record);
+    OutputFolder folder(study.options.registration.output);
+    write_text(folder.stage("study.csv"), trials_csv(study, records));
+    write_text(folder.stage("study_starts.json"), study_starts_json(study));
+    write_text(folder.stage("study.json"), study_json(study, journal, invocation));
+    const std::filesystem::path page = folder.stage("study.html");
+    write_text(page, study_page(study, journal, invocation, page.parent_path()));
+    folder.commit();
+}
+
+/// What is left of the run once all ranks agree. `ranks` is null where the program runs alone.
+int run_trials(const Study& study, const std::string& config, const Invocation& invocation, Ranks* ranks) {
+    const RegisterOptions& options = study.options.registration;
+    StudyJournal journal(options.output / kJournal, config);
+    journal.note_run(study_run_note(invocation, ranks == nullptr ? 1 : ranks->size()));
+    {
+        ProgressBar bar(options.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals);
+        const auto show = [&bar](const StudyProgress& progress) { bar.draw(study_progress_line(progress)); };
+        ranks == nullptr ? run_alone(study, journal, show) : run_as_first(study, journal, *ranks, show);
+    }
+    write_results(study, journal, invocation);
+    if (options.json) {
+        std::cout << study_json(study, journal, invocation);
+    } else if (!options.quiet) {
+        std::cout << study_summary(study, journal) << "written: " << options.output.string()
+                  << ": study.html study.csv study.json study_starts.json\n";
+    }
+    return 0;
+}
+
+int run_one_trial(const Study& study, long long trial) {
+    if (trial >= static_cast<long long>(study.trial_count())) {
+        throw bad_value("--trial", std::to_string(trial), "below " + std::to_string(study.trial_count()));
+    }
+    std::cout << trial_line(run_trial(study, static_cast<std::size_t>(trial), interrupted)) << "\n";
+    return 0;
+}
+
+void check_outputs(const StudyOptions& options) {
+    if (options.trial >= 0) return;
+    if (options.registration.output.empty()) throw Error("-o is required (unless --trial runs a single one)");
+    const RegisterOptions& r = options.registration;
+    refuse_to_overwrite({r.volume.file, options.views, r.truth, r.targets}, r.output,
+                        {kJournal, "study.csv", "study.json", "study_starts.json", "study.html"});
+}
+
+int run_study_with_ranks(const StudyOptions& options, const Invocation& invocation, Ranks& ranks) {
+    std::optional<Study> study;
+    std::string config, problem;
+    try {
+        study.emplace(set_up_study(options));
+        config = study_config(*study);
+    } catch (const Error& error) {
+        problem = error.what();
+    }
+    if (!all_are_ready(ranks, config, problem)) return 2;
+    if (ranks.rank() == 0) return run_trials(*study, config, invocation, &ranks);
+    run_as_worker(*study, ranks);
+    return 0;
+}
+
+int run_study(const StudyOptions& given, const Invocation& invocation) {
+    const StudyOptions options = settled(given);
+    check_outputs(options);
+    if (options.trial >= 0) return run_one_trial(set_up_study(options), options.trial);
+    if (const std::unique_ptr<Ranks> ranks = Ranks::join()) return run_study_with_ranks(options, invocation, *ranks);
+    const Study study = set_up_study(options);
+    return run_trials(study, study_config(study), invocation, nullptr);
+}
+
+void add_protocol_flags(CLI::App& command, StudyOptions& options) {
+    std::string presets;
+    for (const StudyPreset& preset : study_presets()) presets += (presets.empty() ? "" : " or ") + preset.name;
+    describe(command.add_option("--preset", options.preset, presets + ": defaults for the rest; default none"), "NAME",
+             kStartGroup);
+    describe(command.add_option("--bins", options.bins, "Intervals of the initial mTRE in mm; default 0:2:20"),
+             "LOW:STEP:HIGH", kStartGroup);
+    describe(command.add_option("--per-bin", options.per_bin, "Random starts in each interval; default 10"), "N",
+             kStartGroup);
+    describe(command.add_option("--view", options.view_sets,
+                                "Register with these views, names with commas; repeat it for more sets;\n"
+                                "default all views together"),
+             "NAMES", kStartGroup);
+    describe(command.add_option("--noise", options.noise_photons,
+                                "Photons of an unattenuated pixel of simulated X-rays; default 0: no noise"),
+             "PHOTONS", kStartGroup);
+    describe(command.add_option("--seed", options.registration.seed, "Of starts and noise; default 1"), "N",
+             kStartGroup);
+    describe(command.add_option("--trial", options.trial,
+                                "Run the trial of this number alone and print its record; default: the study"),
+             "N", kOutputGroup);
+}
+
+void add_study_inputs(CLI::App& command, StudyOptions& study) {
+    RegisterOptions& options = study.registration;
+    add_volume_flags(command, options.volume);
+    describe(command.add_option("--views", study.views, "views.json; views without an image are simulated")->required(),
+             "FILE (required)", kInputGroup);
+    describe(command.add_option("--truth", options.truth, "True world_from_ct: pose.json or ITK .tfm")->required(),
+             "FILE (required)", kInputGroup);
+    describe(command.add_option("--targets", options.targets,
+                                "Points in the CT (JSON, CSV, .fcsv): rotation centre, TRE; default: over the bone"),
+             "FILE", kInputGroup);
+}
+
+void add_study_method(CLI::App& command, RegisterOptions& options) {
+    describe(command.add_option("--method", options.method, "As in register, or several with commas; default auto"),
+             "NAMES", kMethodGroup);
+    describe(command.add_option("--metric", options.metric, "gc or ncc, or both with a comma; default gc"), "NAMES",
+             kMethodGroup);
+    describe(command.add_option("--levels", options.levels, "Resolutions, as in register; default 0"), "N",
+             kMethodGroup);
+    describe(command.add_option("--max-iterations", options.max_iterations, "Most steps per level; default 100"), "N",
+             kMethodGroup);
+    add_engine_flags(command, options.engine);
+    command.get_option("--backend")
+        ->description(
+            "One of those that `raylign info` lists, or several with commas;\n"
+            "default auto: the best that runs");
+    describe(command.add_option("-o,--output", options.output,
+                                "Folder for study.csv, study.json, study.html; a stopped study goes on there"),
+             "DIR (required)", kOutputGroup);
+    command.add_flag("--json", options.json, "Print study.json and nothing else; default off")->group(kOutputGroup);
+    command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
+}
+
+}  // namespace
+
+void add_study_command(CLI::App& app, Job& job) {
+    const auto options = std::make_shared<StudyOptions>();
+    options->registration.engine.backend.clear();  // empty = not given: a preset may say
+    options->registration.method.clear();
+    options->registration.metric.clear();
+    options->noise_photons = -1;
+    CLI::App& command = *app.add_subcommand("study", "Measure robustness: many random starts, success rates, errors");
+    add_study_inputs(command, *options);
+    add_protocol_flags(command, *options);
+    add_study_method(command, options->registration);
+    finish_command(command,
+                   "  raylign study -v ct.nii.gz --views views.json --truth pose.json --noise 20000 -o study\n"
+                   "  raylign study -v ct.nii.gz --views views.json --truth pose.json --preset paper-table3 -o table3\n"
+                   "  raylign study ... --bins 0:4:40 --per-bin 50 --view AP --view AP,LAT --backend cpu,gl -o study\n"
+                   "  mpirun -n 8 raylign study ... -o study        the same study, its trials on 8 processes\n"
+                   "  raylign study ... --trial 17                  one trial again, alone");
+    command.callback(
+        [options, &job] { job = [options](const Invocation& invocation) { return run_study(*options, invocation); }; });
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "apps/shared/options.h"
+#include "raylign/study.h"
+
+namespace raylign::apps {
+
+struct StudyOptions {
+    RegisterOptions registration;  ///< what every trial shares; backend, method and metric may be lists with commas
+    std::filesystem::path views;   ///< views.json
+    std::string preset;            ///< "" = none
+    std::string bins;              ///< "LOW:STEP:HIGH" [mm]; "" = the preset's, or 0:2:20
+    static constexpr int kOfPreset = std::numeric_limits<int>::min();
+    int per_bin = kOfPreset;             ///< the preset's, or 10
+    std::vector<std::string> view_sets;  ///< each names with commas; none = the preset's, or all views together
+    double noise_photons = 0;            ///< of simulated X-rays; 0 = no noise
+    long long trial = -1;                ///< run this one alone; -1 = the study
+    bool backends_of_preset = false;     ///< set by settled(): engines that cannot run here are left out
+};
+
+/// One thing studied. Every case begins at the same starts.
+struct StudyCase {
+    std::vector<std::string> views;
+    std::string backend, method, metric;
+};
+/// "AP+LAT, cpu, gauss-newton, gc".
+[[nodiscard]] std::string case_label(const StudyCase& study_case);
+
+/// A preset stands for a table of [Ino06]: defaults for what the command line leaves open.
+struct StudyPreset {
+    std::string name, summary;
+    std::vector<std::string> backends;  ///< those that this build and machine lack are left out, and the report says so
+    std::string method;
+    std::string bins;
+    int per_bin;
+    double noise_photons;
+};
+[[nodiscard]] const std::vector<StudyPreset>& study_presets();
+
+/// The options with everything settled: the preset's values where nothing was given, the defaults where there is none.
+/// Throws Error for contradictions, unknown presets and values out of range.
+[[nodiscard]] StudyOptions settled(StudyOptions options);
+
+/// "0:2:20". Throws Error for another form.
+[[nodiscard]] StudyBins parse_bins(const std::string& text);
+
+/// The words between commas, blanks trimmed. Throws Error naming `option` where one is empty or stands there twice.
+[[nodiscard]] std::vector<std::string> parse_list(const std::string& text, const std::string& option);
+
+/// Backends left out of a preset, with the reason.
+struct LeftOut {
+    std::string name, reason;
+};
+
+/// All combinations, views outermost. `view_names`: of views.json. Throws Error for unknown views, backends, methods
+/// and metrics, and, kind unavailable, for a backend that cannot run here (a preset's goes to `left_out` instead).
+[[nodiscard]] std::vector<StudyCase> study_cases(const StudyOptions& options,
+                                                 const std::vector<std::string>& view_names,
+                                                 std::vector<LeftOut>& left_out);
+
+}  // namespace raylign::apps

@@ -1,0 +1,270 @@
+#include "apps/study/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/shared/manifest.h"
+#include "core/io/files/output.h"
+
+namespace raylign::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& json, int indent) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+Json matrix(const RigidTransform& b_from_a) {
+    const Eigen::Matrix4d m = to_matrix(b_from_a);
+    Json rows = Json::array();
+    for (int r = 0; r < 4; ++r) rows.push_back({m(r, 0), m(r, 1), m(r, 2), m(r, 3)});
+    return rows;
+}
+
+Json json_of(const StudyCase& study_case) {
+    return {{"views", study_case.views},
+            {"backend", study_case.backend},
+            {"method", study_case.method},
+            {"metric", study_case.metric}};
+}
+
+Json json_of(const Percentiles& p) {
+    return {{"p50", p.p50}, {"p75", p.p75}, {"p95", p.p95}, {"p99", p.p99}, {"max", p.max}};
+}
+
+Json json_of(const StudySummary& summary) {
+    return {{"trials", summary.success.trials},
+            {"successes", summary.success.successes},
+            {"success_rate", summary.success.rate},
+            {"success_low", summary.success.low},
+            {"success_high", summary.success.high},
+            {"mtre_mm", json_of(summary.mtre_mm)},
+            {"mrpd_mm", json_of(summary.mrpd_mm)},
+            {"in_plane_mm", json_of(summary.in_plane_mm)},
+            {"depth_mm", json_of(summary.depth_mm)},
+            {"rotation_deg", json_of(summary.rotation_deg)},
+            {"time_s", json_of(summary.time_s)},
+            {"evaluations", json_of(summary.evaluations)},
+            {"linearizations", json_of(summary.linearizations)},
+            {"undetected_failures", summary.undetected_failures},
+            {"false_alarms", summary.false_alarms}};
+}
+
+std::vector<const TrialRecord*> records_of_case(const StudyJournal& journal, std::size_t study_case) {
+    std::vector<const TrialRecord*> list;
+    for (const auto& [number, record] : journal.trials()) {
+        if (record.study_case == study_case) list.push_back(&record);
+    }
+    return list;
+}
+
+std::vector<TrialOutcome> outcomes_of_case(const StudyJournal& journal, std::size_t study_case) {
+    std::vector<TrialOutcome> list;
+    for (const TrialRecord* record : records_of_case(journal, study_case)) list.push_back(outcome_of(*record));
+    return list;
+}
+
+Json mean_stage_times(const std::vector<const TrialRecord*>& records) {
+    TrialRecord sum;
+    for (const TrialRecord* r : records) {
+        sum.prepare_s += r->prepare_s;
+        sum.drr_s += r->drr_s;
+        sum.gradient_s += r->gradient_s;
+        sum.reduction_s += r->reduction_s;
+        sum.transfer_s += r->transfer_s;
+        sum.optimizer_s += r->optimizer_s;
+        sum.total_s += r->total_s;
+    }
+    const double n = std::max<double>(1, static_cast<double>(records.size()));
+    return {{"prepare", sum.prepare_s / n},     {"drr", sum.drr_s / n},           {"gradient", sum.gradient_s / n},
+            {"reduction", sum.reduction_s / n}, {"transfer", sum.transfer_s / n}, {"optimizer", sum.optimizer_s / n},
+            {"total", sum.total_s / n}};
+}
+
+Json case_json(const Study& study, const StudyJournal& journal, std::size_t c) {
+    const std::vector<TrialOutcome> outcomes = outcomes_of_case(journal, c);
+    Json json = json_of(study.cases[c]);
+    const SuccessCriterion criterion = success_criterion(study.volume.grid, study.cases[c].views.size());
+    json["label"] = case_label(study.cases[c]);
+    json["success_means"] = {{"error", criterion.by_mrpd ? "mRPD" : "mTRE"}, {"below_mm", criterion.limit_mm}};
+    json["capture_range_mm"] = capture_range_mm(successes_per_interval(study.intervals, outcomes));
+    json["overall"] = json_of(summarise(outcomes));
+    json["mean_time_s"] = mean_stage_times(records_of_case(journal, c));
+    json["errors"] = std::ranges::count_if(records_of_case(journal, c), [](auto* r) { return !r->error.empty(); });
+    json["intervals"] = Json::array();
+    for (std::size_t i = 0; i < study.intervals.size(); ++i) {
+        std::vector<TrialOutcome> inside;
+        std::ranges::copy_if(outcomes, std::back_inserter(inside), [i](auto& t) { return t.interval == i; });
+        Json of_interval = {{"low_mm", study.intervals[i].low_mm}, {"high_mm", study.intervals[i].high_mm}};
+        if (!inside.empty()) of_interval.update(json_of(summarise(inside)));
+        json["intervals"].push_back(of_interval);
+    }
+    return json;
+}
+
+/// Cases that differ in the backend only: how far apart they end from the same starts.
+Json agreement(const Study& study, const StudyJournal& journal) {
+    Json list = Json::array();
+    for (std::size_t b = 1; b < study.cases.size(); ++b) {
+        const StudyCase& other = study.cases[b];
+        const auto first = std::ranges::find_if(study.cases, [&](const StudyCase& c) {
+            return c.views == other.views && c.method == other.method && c.metric == other.metric;
+        });
+        const auto a = static_cast<std::size_t>(first - study.cases.begin());
+        if (a == b) continue;
+        std::vector<double> apart_mm;
+        std::size_t differ = 0;
+        for (const TrialRecord* record : records_of_case(journal, b)) {
+            const auto twin = journal.trials().find(record->trial - b + a);
+            if (twin == journal.trials().end()) continue;
+            apart_mm.push_back(
+                mean_target_error_mm(record->world_from_ct, twin->second.world_from_ct, study.targets_ct_mm));
+            differ += record->success != twin->second.success ? 1 : 0;
+        }
+        if (apart_mm.empty()) continue;
+        list.push_back({{"first", case_label(study.cases[a])},
+                        {"second", case_label(other)},
+                        {"trials", apart_mm.size()},
+                        {"poses_apart_mm", json_of(percentiles(apart_mm))},
+                        {"one_succeeds_other_fails", differ}});
+    }
+    return list;
+}
+
+Json settings(const Study& study) {
+    const RegisterOptions& options = study.options.registration;
+    return {{"preset", study.options.preset},
+            {"bins", study.options.bins},
+            {"per_bin", study.options.per_bin},
+            {"noise_photons", study.options.noise_photons},
+            {"seed", options.seed},
+            {"projector", options.engine.projector},
+            {"step_mm", options.engine.step_mm},
+            {"storage", options.engine.storage},
+            {"levels", options.levels},
+            {"max_iterations", options.max_iterations},
+            {"hu_preset", options.volume.hu_preset},
+            {"hu_offset", options.volume.hu_offset},
+            {"attenuation", options.volume.attenuation}};
+}
+
+std::string share_text(const Proportion& p) {
+    char text[96];
+    std::snprintf(text, sizeof text, "%zu of %zu (%.0f %%, %.0f-%.0f)", p.successes, p.trials, 100 * p.rate,
+                  100 * p.low, 100 * p.high);
+    return text;
+}
+
+}  // namespace
+
+std::string study_config(const Study& study) {
+    Json config = {{"version", RAYLIGN_VERSION}};
+    config.update(settings(study));
+    config.erase("preset");  // what it stands for counts
+    config["cases"] = Json::array();
+    for (std::size_t c = 0; c < study.cases.size(); ++c) {
+        const BackendInfo info = study.backends[c]->info();
+        Json of_case = json_of(study.cases[c]);
+        // Engines give the same bits on every processor that runs the same instructions.
+        of_case["kernels"] = info.instruction_set.empty() ? info.device : info.instruction_set;
+        config["cases"].push_back(of_case);
+    }
+    config["inputs"] = Json::array();
+    for (const std::filesystem::path& file : study.files) config["inputs"].push_back(sha256_of_file(file));
+    return text_of(config, -1);
+}
+
+std::string study_run_note(const Invocation& invocation, int processes) {
+    Json note = Json::parse(machine_json());
+    note["command"] = invocation.command_line;
+    note["processes"] = processes;
+    return text_of(note, -1);
+}
+
+std::string study_json(const Study& study, const StudyJournal& journal, const Invocation& invocation) {
+    Json report = {{"raylign", RAYLIGN_VERSION}, {"command", invocation.command_line}};
+    report["settings"] = settings(study);
+    report["simulation"] = study.simulation;
+    report["simulated_views"] = Json::array();
+    for (std::size_t v = 0; v < study.views.size(); ++v) {
+        if (study.is_simulated[v] != 0) report["simulated_views"].push_back(study.views[v].name);
+    }
+    report["targets"] = study.targets_ct_mm.size();
+    report["true_world_from_ct"] = matrix(study.true_world_from_ct);
+    report["cases"] = Json::array();
+    for (std::size_t c = 0; c < study.cases.size(); ++c) report["cases"].push_back(case_json(study, journal, c));
+    report["agreement"] = agreement(study, journal);
+    report["left_out"] = Json::array();
+    for (const LeftOut& left_out : study.left_out) {
+        report["left_out"].push_back({{"backend", left_out.name}, {"reason", left_out.reason}});
+    }
+    report["notes"] = study.notes;
+    report["inputs"] = Json::parse(inputs_json(study.files));
+    report["backends"] = Json::array();
+    for (std::size_t c = 0; c < study.cases.size(); ++c) {
+        Json info = Json::parse(backend_json(study.backends[c]->info()));
+        if (std::ranges::find(report["backends"], info) == report["backends"].end()) {
+            report["backends"].push_back(std::move(info));
+        }
+    }
+    report["runs"] = Json::array();
+    for (const std::string& run : journal.runs()) report["runs"].push_back(Json::parse(run));
+    return text_of(report, 2) + "\n";
+}
+
+std::string study_starts_json(const Study& study) {
+    Json list = Json::array();
+    for (std::size_t t = 0; t < study.trial_count(); t += study.cases.size()) {
+        const TrialPlace place = trial_place(study, t);
+        const StudyStart start = start_of_trial(study, place);
+        list.push_back({{"first_trial", t},
+                        {"interval", place.interval},
+                        {"repetition", place.repetition},
+                        {"seed", start.seed},
+                        {"initial_mtre_mm", start.initial_mtre_mm},
+                        {"world_from_ct", matrix(start.world_from_ct)}});
+    }
+    return text_of({{"raylign", RAYLIGN_VERSION}, {"cases", study.cases.size()}, {"starts", list}}, 1) + "\n";
+}
+
+std::string study_summary(const Study& study, const StudyJournal& journal) {
+    std::string text;
+    char line[320];
+    for (std::size_t c = 0; c < study.cases.size(); ++c) {
+        const std::vector<TrialOutcome> outcomes = outcomes_of_case(journal, c);
+        const StudySummary all = summarise(outcomes);
+        text += case_label(study.cases[c]) + "\n";
+        std::snprintf(line, sizeof line, "  %-14s %s, capture range %.0f mm\n", "success",
+                      share_text(all.success).c_str(),
+                      capture_range_mm(successes_per_interval(study.intervals, outcomes)));
+        text += line;
+        const auto row = [&](const char* name, const Percentiles& p, const char* unit) {
+            std::snprintf(line, sizeof line, "  %-14s p50 %.3g  p75 %.3g  p95 %.3g  p99 %.3g  max %.3g %s\n", name,
+                          p.p50, p.p75, p.p95, p.p99, p.max, unit);
+            text += line;
+        };
+        row("mTRE", all.mtre_mm, "mm");
+        row("mRPD", all.mrpd_mm, "mm");
+        row("in-plane", all.in_plane_mm, "mm");
+        row("depth", all.depth_mm, "mm");
+        row("rotation", all.rotation_deg, "deg");
+        row("time", all.time_s, "s");
+        row("evaluations", all.evaluations, "");
+        row("linearizations", all.linearizations, "");
+        std::snprintf(line, sizeof line, "  %-14s %zu undetected failures, %zu false alarms\n", "verdict",
+                      all.undetected_failures, all.false_alarms);
+        text += line;
+        for (const IntervalSuccess& i : successes_per_interval(study.intervals, outcomes)) {
+            std::snprintf(line, sizeof line, "  %5.1f-%-5.1f mm  %s\n", i.low_mm, i.high_mm,
+                          share_text(wilson_interval(i.successes, i.trials)).c_str());
+            text += line;
+        }
+    }
+    for (const LeftOut& left_out : study.left_out) text += "left out: " + left_out.name + ": " + left_out.reason + "\n";
+    return text;
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,161 @@
+#include "apps/study/run.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+
+#include "apps/shared/interrupt.h"
+#include "core/base/error.h"
+
+namespace raylign::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kNoMore = "no more";
+constexpr int kHandedOutAhead = 2;  // one to work on and one to go on with: no rank waits for rank 0's own trial
+
+std::deque<std::size_t> unfinished(const Study& study, const StudyJournal& journal) {
+    std::deque<std::size_t> trials;
+    for (std::size_t t = 0; t < study.trial_count(); ++t) {
+        if (!journal.trials().contains(t)) trials.push_back(t);
+    }
+    return trials;
+}
+
+class Pace {
+public:
+    Pace(const Study& study, const StudyJournal& journal, const StudyCallback& callback)
+        : total_(study.trial_count()), before_(journal.trials().size()), callback_(callback) {}
+
+    void tell(const StudyJournal& journal) const {
+        const std::size_t done = journal.trials().size();
+        const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
+        const double each_s = done > before_ ? elapsed_s / static_cast<double>(done - before_) : 0;
+        if (callback_) callback_({done, total_, each_s * static_cast<double>(total_ - done)});
+    }
+
+private:
+    std::size_t total_, before_;
+    const StudyCallback& callback_;
+    Clock::time_point begin_ = Clock::now();
+};
+
+void stop_study_if_interrupted() {
+    if (interrupted()) {
+        throw Error("interrupted: the finished trials are kept; the same command goes on", ErrorKind::cancelled);
+    }
+}
+
+TrialRecord run_unless_interrupted(const Study& study, std::size_t trial, const std::function<void()>& meanwhile) {
+    stop_study_if_interrupted();
+    try {
+        return run_trial(study, trial, [&] {
+            meanwhile();
+            return interrupted();
+        });
+    } catch (const Error& error) {
+        if (error.kind() == ErrorKind::cancelled) stop_study_if_interrupted();  // our words for it
+        throw;
+    }
+}
+
+/// Rank 0's side: which trials are out, and what comes back.
+class Dispatcher {
+public:
+    Dispatcher(const Study& study, StudyJournal& journal, Ranks& ranks, const Pace& pace)
+        : todo_(unfinished(study, journal)), journal_(journal), ranks_(ranks), pace_(pace) {
+        for (int ahead = 0; ahead < kHandedOutAhead; ++ahead) {
+            for (int rank = 1; rank < ranks.size(); ++rank) hand_out(rank);
+        }
+    }
+
+    void take_results() {
+        while (const std::optional<RankMessage> message = ranks_.poll()) take(*message);
+    }
+    void wait_for_result() { take(ranks_.wait()); }
+
+    [[nodiscard]] bool has_work() const { return !todo_.empty(); }
+    [[nodiscard]] bool has_outstanding() const { return outstanding_ > 0; }
+    [[nodiscard]] std::size_t next() {
+        const std::size_t trial = todo_.front();
+        todo_.pop_front();
+        return trial;
+    }
+
+private:
+    void hand_out(int rank) {
+        if (todo_.empty()) return;
+        ranks_.send(rank, std::to_string(next()));
+        ++outstanding_;
+    }
+    void take(const RankMessage& message) {
+        journal_.append(trial_from_line(message.text));
+        --outstanding_;
+        hand_out(message.from);
+        pace_.tell(journal_);
+    }
+
+    std::deque<std::size_t> todo_;
+    std::size_t outstanding_ = 0;
+    StudyJournal& journal_;
+    Ranks& ranks_;
+    const Pace& pace_;
+};
+
+}  // namespace
+
+std::string study_progress_line(const StudyProgress& progress) {
+    constexpr int kWidth = 24;
+    const double fraction = progress.total == 0 ? 1 : static_cast<double>(progress.done) / progress.total;
+    const int filled = static_cast<int>(std::lround(fraction * kWidth));
+    const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '-');
+    const auto left_s = static_cast<long long>(std::ceil(progress.remaining_s));
+    char left[64] = "";
+    if (left_s >= 3600) {
+        std::snprintf(left, sizeof left, "  %lld h %lld min left", left_s / 3600, left_s % 3600 / 60);
+    } else if (left_s >= 60) {
+        std::snprintf(left, sizeof left, "  %lld min %lld s left", left_s / 60, left_s % 60);
+    } else if (left_s > 0) {
+        std::snprintf(left, sizeof left, "  %lld s left", left_s);
+    }
+    char text[160];
+    std::snprintf(text, sizeof text, "[%s] %3.0f%%  %zu of %zu trials%s", bar.c_str(), std::floor(100 * fraction),
+                  progress.done, progress.total, left);
+    return text;
+}
+
+void run_alone(const Study& study, StudyJournal& journal, const StudyCallback& progress) {
+    const Pace pace(study, journal, progress);
+    pace.tell(journal);
+    for (const std::size_t trial : unfinished(study, journal)) {
+        journal.append(run_unless_interrupted(study, trial, [] {}));
+        pace.tell(journal);
+    }
+}
+
+void run_as_first(const Study& study, StudyJournal& journal, Ranks& ranks, const StudyCallback& progress) {
+    const Pace pace(study, journal, progress);
+    pace.tell(journal);
+    Dispatcher dispatcher(study, journal, ranks, pace);
+    while (dispatcher.has_work()) {
+        const TrialRecord own =
+            run_unless_interrupted(study, dispatcher.next(), [&dispatcher] { dispatcher.take_results(); });
+        journal.append(own);
+        pace.tell(journal);
+        dispatcher.take_results();
+    }
+    while (dispatcher.has_outstanding()) dispatcher.wait_for_result();
+    for (int rank = 1; rank < ranks.size(); ++rank) ranks.send(rank, kNoMore);
+}
+
+void run_as_worker(const Study& study, Ranks& ranks) {
+    for (;;) {
+        const RankMessage message = ranks.wait();
+        if (message.text == kNoMore) return;
+        ranks.send(0, trial_line(run_unless_interrupted(study, std::stoull(message.text), [] {})));
+    }
+}
+
+}  // namespace raylign::apps

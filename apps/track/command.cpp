@@ -1,0 +1,265 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <iostream>
+
+#include "apps/shared/clock.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/help.h"
+#include "apps/shared/interrupt.h"
+#include "apps/register/flags.h"
+#include "apps/track/pictures.h"
+#include "apps/track/report.h"
+#include "core/base/error.h"
+#include "core/io/files/output.h"
+
+namespace raylign::apps {
+namespace {
+
+std::vector<std::string> output_file_names(const TrackInputs& inputs) {
+    std::vector<std::string> names{"trajectory.csv", "track.json", "track.html", TrackJournal::kName,
+                                   TrackJournal::kOldName};
+    for (const TrackObject& object : inputs.objects) names.push_back(object.name + ".tra");
+    for (const auto& [proximal, distal] : inputs.joints) {
+        names.push_back("joint_" + inputs.objects[proximal].name + "_" + inputs.objects[distal].name + ".csv");
+    }
+    for (const std::string& view : inputs.view_names()) names.push_back("frames_" + view + ".sha256");
+    return names;
+}
+
+std::vector<std::filesystem::path> all_inputs(const TrackInputs& inputs) {
+    std::vector<std::filesystem::path> files = inputs.files;
+    for (const FrameSet& set : inputs.frames) {
+        for (const auto& frame : set.files) {
+            if (frame && (files.empty() || files.back() != frame->file)) files.push_back(frame->file);
+        }
+    }
+    return files;
+}
+
+/// The frames' files of one view that were read, each once.
+std::vector<std::filesystem::path> frame_files(const TrackReport& report, std::size_t view) {
+    std::vector<std::filesystem::path> files;
+    for (std::size_t i = 0; i < report.record.instants; ++i) {
+        const auto& frame = report.inputs.frames[i].files[view];
+        if (frame && (files.empty() || files.back() != frame->file)) files.push_back(frame->file);
+    }
+    return files;
+}
+
+/// A frame that cannot be read is a gap: dashes.
+std::string hash_or_dashes(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return std::string(64, '-');
+    try {
+        return sha256_of_file(file);
+    } catch (const Error&) {
+        return std::string(64, '-');
+    }
+}
+
+/// Thousands of frames would swamp the report: their hashes go to a list as sha256sum makes it, and the report has that
+/// of the list.
+void stage_frame_hashes(TrackReport& report, OutputFolder& folder) {
+    for (std::size_t v = 0; v < report.inputs.views.views.size(); ++v) {
+        const std::vector<std::filesystem::path> files = frame_files(report, v);
+        if (files.size() == 1) report.hashed.emplace_back(files.front().string(), files.front());
+        if (files.size() < 2) continue;
+        const std::string name = "frames_" + report.inputs.views.views[v].name + ".sha256";
+        std::string text;
+        for (const auto& file : files) {
+            text += hash_or_dashes(file) + "  " + file.string() + "\n";
+        }
+        const std::filesystem::path staged = folder.stage(name);
+        write_text(staged, text);
+        report.hashed.emplace_back(name, staged);
+        report.outputs.push_back(name);
+    }
+}
+
+void stage_text(TrackReport& report, OutputFolder& folder, const std::string& name, const std::string& text) {
+    write_text(folder.stage(name), text);
+    report.outputs.push_back(name);
+}
+
+std::string trajectory_csv(const TrackInputs& inputs, const TrackRecord& record) {
+    const std::vector<std::string> views = inputs.view_names();
+    std::string text = trajectory_header(views);
+    for (const TrajectoryRow& row : record.rows) text += trajectory_line(row, views.size());
+    return text;
+}
+
+void stage_tra_files(TrackReport& report, OutputFolder& folder) {
+    for (const TrackObject& object : report.inputs.objects) {
+        std::vector<std::optional<RigidTransform>> poses;
+        for (const TrajectoryRow& row : report.record.rows) {
+            if (row.object == object.name) poses.push_back(pose_of(row.frame));
+        }
+        try {
+            stage_text(report, folder, object.name + ".tra", tra_text(poses, object.file_grid));
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::input || object.file_grid.direction.determinant() > 0) throw;
+            report.notes.push_back("no " + object.name + ".tra: " + error.what());
+        }
+    }
+}
+
+/// Writes everything but moves nothing into place yet. Returns track.json's text.
+std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_point begin, OutputFolder& folder) {
+    stage_text(report, folder, "trajectory.csv", trajectory_csv(report.inputs, report.record));
+    stage_tra_files(report, folder);
+    const CardanSequence sequence = CardanSequence::from_name(report.options.cardan);
+    for (std::size_t j = 0; j < report.inputs.joints.size(); ++j) {
+        const auto [proximal, distal] = report.inputs.joints[j];
+        report.joints.push_back(
+            joint_rows(report.record.rows, report.inputs.objects[proximal], report.inputs.objects[distal], sequence));
+        stage_text(report, folder, "joint_" + report.joint_name(j) + ".csv", joint_csv(report.joints[j], sequence));
+    }
+    const std::vector<PageOverlay> pictures =
+        report.complete() ? track_pictures(report, backend, folder.stage("track.html").parent_path())
+                          : std::vector<PageOverlay>();
+    report.total_s = seconds_since(begin);  // all but hashing
+    stage_frame_hashes(report, folder);
+    report.outputs.insert(report.outputs.end(), {"track.json", "track.html"});
+    const std::string json = track_json(report);
+    write_text(folder.stage("track.json"), json);
+    write_text(folder.stage("track.html"), report_page("track", json, pictures));
+    return json;
+}
+
+int run_track_command(const TrackCommandOptions& options, const Invocation& invocation) {
+    const auto begin = Clock::now();
+    settle_conflicts(options.registration);
+    (void)track_options(options, 1);  // names first: cheap to refuse
+    BackendChoice choice = choose_backend(options.registration.engine);
+    const TrackInputs inputs = read_track_inputs(options);
+    TrackOptions track = track_options(options, inputs.frame_step);
+    track.registration.cancelled = interrupted;
+    const std::filesystem::path& output = options.registration.output;
+    refuse_to_overwrite(all_inputs(inputs), output, output_file_names(inputs));
+    OutputFolder folder(output);  // before the work: an unwritable folder should not cost a run
+    TrackJournal journal(output, inputs.view_names());
+
+    const auto show = options.registration.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals;
+    TrackRecord record;
+    try {
+        record = run_track(inputs, track, *choice.backend, show, journal);
+    } catch (const Error& error) {  // before the first frame was done
+        journal.remove();
+        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();
+        throw;
+    }
+    TrackReport report{options, invocation, inputs, record, choice.backend->info(), choice.passed_over};
+    for (const auto& file : inputs.files) report.hashed.emplace_back(file.string(), file);
+    report.notes = inputs.notes;
+    report.notes.insert(report.notes.end(), record.notes.begin(), record.notes.end());
+    const std::string json = stage_outputs(report, *choice.backend, begin, folder);
+    folder.commit();
+    journal.remove();
+    if (options.registration.json) {
+        std::cout << json;
+    } else if (!options.registration.quiet) {
+        std::cout << track_summary(report);
+    }
+    if (interrupted()) {
+        throw Error("interrupted after " + std::to_string(record.instants) + " of " +
+                        std::to_string(inputs.frames.size()) + " frames: these are in " + output.string(),
+                    ErrorKind::cancelled);
+    }
+    if (!report.complete()) std::rethrow_exception(record.stopped_by);
+    return report.ok() ? 0 : 1;
+}
+
+void add_frame_flags(CLI::App& command, TrackCommandOptions& options) {
+    describe(
+        command.add_option("--frames", options.frames,
+                           "A view's X-rays: multi-frame file, folder, or pattern as cam1.%04d.tif or \"cam1.*.tif\";\n"
+                           "may be repeated; default \"frames\" or \"image\" of views.json, or FILE=PATTERN"),
+        "VIEW=PATTERN ...", kInputGroup);
+    describe(command.add_option("--first", options.range.first, "First frame by number; default the sequence's first"),
+             "N", kInputGroup);
+    describe(command.add_option("--last", options.range.last, "Last frame by number; default the sequence's last"), "N",
+             kInputGroup);
+    describe(command.add_option("--every", options.range.step, "Take every N-th number from the first; default 1"), "N",
+             kInputGroup);
+}
+
+void add_object_and_start_flags(CLI::App& command, TrackCommandOptions& options) {
+    describe(command.add_option("--bone", options.bones,
+                                "An object of its own CT, or of -v by label of --labels (3 or 3,4);\n"
+                                "may be repeated; default one, \"object\", of -v"),
+             "NAME=FILE|LABELS ...", kObjectGroup);
+    describe(
+        command.add_option("--start", options.starts,
+                           "world_from_ct in the first frame: pose.json, .tfm or \"dicom\", for all objects or one;\n"
+                           "may be repeated; default: CT centre where central rays meet, patient axes"),
+        "[NAME=]FILE ...", kStartGroup);
+}
+
+void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
+    describe(command.add_option("--recover", options.recover,
+                                "Widest search for a frame that drifted or failed: none, near or global;\n"
+                                "default global"),
+             "NAME", kSearchGroup);
+    describe(command.add_option("--max-jump", options.max_jump_mm,
+                                "Farthest from the extrapolated pose, at the object's rim, without a search;\n"
+                                "default 0: 3 mm + 4 x the median of the last frames (20 mm for the first)"),
+             "MM", kSearchGroup);
+    describe(command.add_option("--joint", options.joints, "Angles between two objects; may be repeated; default none"),
+             "PROXIMAL,DISTAL ...", "Joints");
+    describe(command.add_option("--cardan", options.cardan,
+                                "Order of the joint's angles, proximal axis first: XYZ, XZY, YXZ, YZX, ZXY, ZYX;\n"
+                                "default XYZ (x = patient left in CT axes: flexion first)"),
+             "NAME", "Joints");
+    describe(command.add_option("--axes", options.axes,
+                                "Anatomical axes in an object's CT, JSON {\"raylign\": 1, \"ct_from_axes\": 4x4};\n"
+                                "may be repeated; default: CT axes in the object's centre"),
+             "NAME=FILE ...", "Joints");
+}
+
+void add_output_flags(CLI::App& command, RegisterOptions& options) {
+    describe(
+        command
+            .add_option(
+                "-o,--output", options.output,
+                "Folder for trajectory.csv, .tra, joints, report; replaced when there is a result, doubtful or not")
+            ->required(),
+        "DIR (required)", kOutputGroup);
+    command.add_flag("--json", options.json, "Print track.json and nothing else; default off")->group(kOutputGroup);
+    command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
+}
+
+}  // namespace
+
+void add_track_command(CLI::App& app, Job& job) {
+    const auto options = std::make_shared<TrackCommandOptions>();
+    RegisterOptions& registration = options->registration;
+    CLI::App& command = *app.add_subcommand("track", "Follow bones through a sequence of X-rays");
+    add_volume_flags(command, registration.volume);
+    command.get_option("--volume")->required(false)->option_text("FILE");
+    add_views_option(command, registration.views, "views.json: cameras, frames, masks");
+    add_frame_flags(command, *options);
+    add_auto_mask_flag(command, registration);
+    add_object_and_start_flags(command, *options);
+    add_method_flags(command, registration);
+    add_search_flags(command, registration);
+    add_track_flags(command, *options);
+    add_engine_flags(command, registration.engine);
+    add_output_flags(command, registration);
+    finish_command(
+        command,
+        "  raylign track -v radius.nii.gz --views views.json --start pose.json -o track\n"
+        "  raylign track -v ct.nii.gz --views cam1.txt=cam1.%04d.tif --views cam2.txt=cam2.%04d.tif --first 10 -o "
+        "track\n"
+        "  raylign track --bone femur=femur.nii.gz --bone tibia=tibia.nii.gz --start femur=f.json --start "
+        "tibia=t.json\n"
+        "                --views views.json --frames AP=ap.dcm --frames LAT=lat.dcm --joint femur,tibia -o knee\n"
+        "  raylign track -v ct.nii.gz --labels bones.nii.gz --bone femur=1 --bone tibia=2,3 --views views.json -o "
+        "knee\n"
+        "The first frame is registered as `register` does it, the next from where the last ones point to.\n"
+        "A frame that one view lacks, or that is empty, is a flagged gap. Exit code 1: a frame is not ok.");
+    command.callback([options, &job] {
+        job = [options](const Invocation& invocation) { return run_track_command(*options, invocation); };
+    });
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,107 @@
+#include "apps/track/inputs.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "apps/register/first_guess.h"
+#include "apps/shared/interrupt.h"
+#include "core/io/files/json_node.h"
+#include "core/registration/object/pose_space.h"
+
+namespace raylign::apps {
+namespace {
+
+template <typename T>
+void append(std::vector<T>& list, const std::vector<T>& more) {
+    for (const T& item : more) {
+        if (std::ranges::find(list, item) == list.end()) list.push_back(item);  // bones may share their files
+    }
+}
+
+/// The usual distance of neighbours: the median.
+double usual_step(const std::vector<FrameSet>& frames) {
+    std::vector<int> steps;
+    for (std::size_t i = 1; i < frames.size(); ++i) steps.push_back(frames[i].number - frames[i - 1].number);
+    if (steps.empty()) return 1;
+    std::ranges::sort(steps);
+    return steps[steps.size() / 2];
+}
+
+/// Numbers that a view lacks, for the notes: gaps are flagged, but people should hear of them before a long run.
+void note_gaps(const TrackInputs& inputs, std::vector<std::string>& notes) {
+    for (std::size_t v = 0; v < inputs.views.views.size(); ++v) {
+        std::size_t lacking = 0;
+        for (const FrameSet& set : inputs.frames) lacking += !set.files[v];
+        if (lacking == 0) continue;
+        notes.push_back("view " + inputs.views.views[v].name + " lacks " + std::to_string(lacking) + " of " +
+                        std::to_string(inputs.frames.size()) + " frames: gaps in the trajectory");
+    }
+}
+
+TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
+    TrackObject object{.name = flags.name};
+    VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
+    object.volume = std::move(volume.volume);
+    object.file_grid = volume.file_grid;
+    append(inputs.files, volume.files);
+    for (std::string& note : volume.notes) note = flags.name + ": " + note;
+    append(inputs.notes, volume.notes);
+    FirstGuess guess = first_guess({flags.start, {}, {}}, object.volume.grid, inputs.views);
+    object.start_world_from_ct = guess.world_from_ct;
+    append(inputs.files, guess.files);
+    for (std::string& note : guess.notes) note = flags.name + ": " + note;
+    append(inputs.notes, guess.notes);
+    if (flags.axes.empty()) {
+        object.ct_from_axes = RigidTransform::translate(object_extent(object.volume).centre_ct_mm);
+    } else {
+        object.ct_from_axes = read_axes(flags.axes);
+        append(inputs.files, {std::filesystem::path(flags.axes)});
+    }
+    return object;
+}
+
+}  // namespace
+
+std::vector<std::string> TrackInputs::view_names() const {
+    std::vector<std::string> names;
+    for (const View& view : views.views) names.push_back(view.name);
+    return names;
+}
+
+RigidTransform read_axes(const std::filesystem::path& path) {
+    const nlohmann::json json = detail::read_json(path);
+    const detail::JsonNode root(json, "the file", path.string());
+    root.allow_keys({"raylign", "ct_from_axes"});
+    detail::check_format_version(root);
+    const detail::JsonNode node = root.at("ct_from_axes");
+    return rigid_from_matrix(node.matrix<4, 4>(), node.where());
+}
+
+TrackInputs read_track_inputs(const TrackCommandOptions& options) {
+    const auto begin = std::chrono::steady_clock::now();
+    TrackInputs inputs;
+    const std::vector<ObjectFlags> objects = objects_of(options);
+    inputs.joints = joints_of(options, objects);
+    for (const ObjectFlags& object : objects) {
+        if (!object.axes.empty()) (void)read_axes(object.axes);  // a typo should not wait for a large CT
+    }
+    const RegisterOptions& registration = options.registration;
+    inputs.views =
+        read_views(registration.views,
+                   {.images = ReadImages::frames, .auto_mask = registration.auto_mask, .frames = options.frames});
+    append(inputs.files, inputs.views.files);
+    append(inputs.notes, inputs.views.notes);
+    inputs.frames = pair_frames(inputs.views, options.range);
+    inputs.frame_step = usual_step(inputs.frames);
+    check_frame_sizes(inputs.views, inputs.frames);
+    note_gaps(inputs, inputs.notes);
+    stop_if_interrupted();
+    for (const ObjectFlags& object : objects) {
+        inputs.objects.push_back(read_object(object, inputs));
+        stop_if_interrupted();
+    }
+    inputs.load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return inputs;
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/track/options.h"
+#include "raylign/volume.h"
+
+namespace raylign::apps {
+
+struct TrackObject {
+    std::string name;
+    Volume volume;
+    VoxelGrid file_grid;  ///< of the whole file: what Autoscoper's frame is counted from
+    RigidTransform start_world_from_ct;
+    RigidTransform ct_from_axes;  ///< anatomical axes: given, or parallel to ct through the object's centre
+};
+
+/// Everything that `track` reads before the first frame.
+struct TrackInputs {
+    std::vector<TrackObject> objects;
+    std::vector<std::pair<std::size_t, std::size_t>> joints;  ///< proximal, distal: positions in objects
+    ViewsFile views;                                          ///< with lists of frames, without images
+    std::vector<FrameSet> frames;
+    double frame_step = 1;  ///< usual distance of two numbers
+    std::vector<std::string> notes;
+    std::vector<std::filesystem::path> files;  ///< every file read, without the frames
+    double load_s = 0;
+
+    [[nodiscard]] std::vector<std::string> view_names() const;
+};
+
+/// Reads the files that the options name, the small ones first. Throws Error for frames of the wrong size, too.
+[[nodiscard]] TrackInputs read_track_inputs(const TrackCommandOptions& options);
+
+/// {"raylign": 1, "ct_from_axes": [[4x4, mm]]}: where anatomical axes lie in the CT.
+[[nodiscard]] RigidTransform read_axes(const std::filesystem::path& path);
+
+}  // namespace raylign::apps

@@ -1,0 +1,147 @@
+#include "apps/track/options.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "core/base/error.h"
+#include "core/io/files/text.h"
+#include "core/io/views/view_files.h"
+
+namespace raylign::apps {
+namespace {
+
+/// "3" or "3,4": labels of a map; empty for anything else.
+std::vector<int> labels_in(const std::string& text) {
+    std::vector<int> labels;
+    for (const std::string_view part : detail::split(text, ',')) {
+        int label = 0;
+        const auto [end, status] = std::from_chars(part.data(), part.data() + part.size(), label);
+        if (status != std::errc{} || end != part.data() + part.size()) return {};
+        labels.push_back(label);
+    }
+    return labels;
+}
+
+std::string names_of(const std::vector<ObjectFlags>& objects) {
+    std::string names;
+    for (const ObjectFlags& object : objects) names += (names.empty() ? "" : ", ") + object.name;
+    return names;
+}
+
+ObjectFlags* find(std::vector<ObjectFlags>& objects, const std::string& name) {
+    const auto found = std::ranges::find(objects, name, &ObjectFlags::name);
+    return found == objects.end() ? nullptr : &*found;
+}
+
+ObjectFlags object_of(const std::string& argument, const TrackCommandOptions& options) {
+    const auto [name, value] = split_named(argument, "--bone");
+    if (!detail::is_view_name(name)) {
+        throw bad_value("name of --bone", name, "letters, digits, '_', '-' or '.' (it becomes part of file names)");
+    }
+    ObjectFlags object{name, options.registration.volume, "", ""};
+    const std::vector<int> labels = labels_in(value);
+    if (!object.volume.labels.empty() && !labels.empty()) {
+        if (object.volume.file.empty()) throw Error("--bone " + argument + ": its CT is missing: give -v FILE");
+        object.volume.label = labels;
+        return object;
+    }
+    if (!object.volume.file.empty()) {
+        throw Error("--bone " + argument + " contradicts -v: give a label of --labels, or leave -v out");
+    }
+    object.volume.file = value;
+    return object;
+}
+
+void take_starts(const TrackCommandOptions& options, std::vector<ObjectFlags>& objects) {
+    std::string for_all;
+    for (const std::string& argument : options.starts) {
+        const std::size_t equals = argument.find('=');
+        ObjectFlags* object = equals == std::string::npos ? nullptr : find(objects, argument.substr(0, equals));
+        std::error_code ignored;
+        if (equals == std::string::npos || (object == nullptr && std::filesystem::exists(argument, ignored))) {
+            if (!for_all.empty()) throw Error("--start is given twice for all objects: name them as NAME=FILE");
+            for_all = argument;
+            continue;
+        }
+        if (object == nullptr) {
+            throw bad_value("object of --start", argument.substr(0, equals), "one of " + names_of(objects));
+        }
+        if (!object->start.empty()) throw Error("--start names " + object->name + " twice");
+        object->start = split_named(argument, "--start").second;
+    }
+    for (ObjectFlags& object : objects) {
+        if (object.start.empty()) object.start = for_all;
+    }
+}
+
+}  // namespace
+
+std::pair<std::string, std::string> split_named(const std::string& argument, std::string_view option) {
+    const std::size_t equals = argument.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == argument.size()) {
+        throw bad_value(option, argument, "NAME=VALUE");
+    }
+    return {argument.substr(0, equals), argument.substr(equals + 1)};
+}
+
+std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options) {
+    std::vector<ObjectFlags> objects;
+    if (options.bones.empty()) {
+        if (options.registration.volume.file.empty()) throw Error("no CT: give -v FILE, or --bone NAME=FILE");
+        objects.push_back({"object", options.registration.volume, "", ""});
+    } else if (!options.registration.volume.label.empty()) {
+        throw Error("--label contradicts --bone: name the labels as --bone NAME=LABEL");
+    }
+    for (const std::string& argument : options.bones) {
+        ObjectFlags object = object_of(argument, options);
+        for (const ObjectFlags& other : objects) {
+            if (detail::lower_case(other.name) == detail::lower_case(object.name)) {
+                throw Error("--bone names " + object.name + " twice");
+            }
+        }
+        objects.push_back(std::move(object));
+    }
+    take_starts(options, objects);
+    for (const std::string& argument : options.axes) {
+        const auto [name, file] = split_named(argument, "--axes");
+        ObjectFlags* object = find(objects, name);
+        if (object == nullptr) throw bad_value("object of --axes", name, "one of " + names_of(objects));
+        object->axes = file;
+    }
+    return objects;
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> joints_of(const TrackCommandOptions& options,
+                                                           const std::vector<ObjectFlags>& objects) {
+    std::vector<std::pair<std::size_t, std::size_t>> joints;
+    (void)CardanSequence::from_name(options.cardan);
+    for (const std::string& argument : options.joints) {
+        const auto parts = detail::split(argument, ',');
+        if (parts.size() != 2) throw bad_value("--joint", argument, "PROXIMAL,DISTAL");
+        std::vector<std::size_t> ends;
+        for (const std::string_view part : parts) {
+            const auto found = std::ranges::find(objects, part, &ObjectFlags::name);
+            if (found == objects.end()) throw bad_value("object of --joint", part, "one of " + names_of(objects));
+            ends.push_back(static_cast<std::size_t>(found - objects.begin()));
+        }
+        if (ends[0] == ends[1]) throw bad_value("--joint", argument, "two different objects");
+        const std::pair joint(ends[0], ends[1]);
+        if (std::ranges::find(joints, joint) != joints.end()) throw Error("--joint " + argument + " is given twice");
+        joints.push_back(joint);
+    }
+    if (joints.empty() && !options.axes.empty()) throw Error("--axes has no meaning without --joint");
+    return joints;
+}
+
+TrackOptions track_options(const TrackCommandOptions& options, double frame_step) {
+    TrackOptions track;
+    track.registration = registration_options(options.registration);
+    track.recovery = search_from_name(options.recover);
+    if (track.recovery == Search::automatic) throw bad_value("--recover", "auto", "none, near or global");
+    track.max_jump_mm = options.max_jump_mm;
+    track.frame_step = frame_step;
+    if (const std::string fault = track.problem(); !fault.empty()) throw Error(fault);
+    return track;
+}
+
+}  // namespace raylign::apps

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/shared/options.h"
+#include "raylign/joint_motion.h"
+#include "raylign/io/frames.h"
+#include "core/tracking/track.h"
+
+namespace raylign::apps {
+
+/// What the command line of `track` says. Of `registration`, start, targets, truth and landmarks are not used.
+struct TrackCommandOptions {
+    RegisterOptions registration;
+    std::vector<std::string> frames;  ///< VIEW=PATTERN
+    FrameRange range;
+    std::vector<std::string> bones;   ///< NAME=FILE or NAME=LABELS; none = one object called "object"
+    std::vector<std::string> starts;  ///< FILE or NAME=FILE
+    std::string recover = "global";
+    double max_jump_mm = 0;
+    std::vector<std::string> joints;  ///< PROXIMAL,DISTAL
+    std::string cardan = "XYZ";
+    std::vector<std::string> axes;  ///< NAME=FILE
+};
+
+/// "NAME=VALUE" in two; `option` is named in the Error for anything else.
+[[nodiscard]] std::pair<std::string, std::string> split_named(const std::string& argument, std::string_view option);
+
+/// One object as the flags say it.
+struct ObjectFlags {
+    std::string name;
+    VolumeFlags volume;
+    std::string start;  ///< file, "dicom", or "" = none
+    std::string axes;   ///< file, or "" = none
+};
+
+/// The objects in the order of the command line. Throws Error for names that are none, stand twice or are unknown, and
+/// for flags that contradict each other; no file is read.
+[[nodiscard]] std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options);
+
+/// Pairs of positions among `objects`. Throws Error for unknown and equal names.
+[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> joints_of(const TrackCommandOptions& options,
+                                                                         const std::vector<ObjectFlags>& objects);
+
+/// The library's own options. `frame_step`: numbers between two frames.
+[[nodiscard]] TrackOptions track_options(const TrackCommandOptions& options, double frame_step);
+
+}  // namespace raylign::apps

@@ -1,0 +1,90 @@
+#include "apps/track/run.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <system_error>
+
+#include "apps/shared/clock.h"
+#include "apps/shared/interrupt.h"
+#include "core/base/error.h"
+
+namespace raylign::apps {
+TrackJournal::TrackJournal(const std::filesystem::path& folder, const std::vector<std::string>& view_names)
+    : file_(folder / kName), view_count_(view_names.size()) {
+    std::error_code ignored;  // there may be none
+    std::filesystem::rename(file_, folder / kOldName, ignored);
+    stream_.open(file_, std::ios::binary | std::ios::trunc);
+    if (!stream_) throw Error(file_.string() + " cannot be written: " + std::generic_category().message(errno));
+    stream_ << trajectory_header(view_names) << std::flush;
+}
+
+void TrackJournal::append(const TrajectoryRow& row) {
+    stream_ << trajectory_line(row, view_count_) << std::flush;
+    if (!stream_) throw Error(file_.string() + " cannot be written: " + std::generic_category().message(errno));
+}
+
+void TrackJournal::remove() {
+    stream_.close();
+    std::error_code ignored;
+    std::filesystem::remove(file_, ignored);
+}
+
+std::string track_progress_line(std::size_t done, std::size_t all, const TrajectoryRow& last, double elapsed_s) {
+    constexpr int kWidth = 24;
+    const double share = all > 0 ? static_cast<double>(done) / static_cast<double>(all) : 1;
+    const int filled = static_cast<int>(std::lround(share * kWidth));
+    const double rate = done > 0 ? static_cast<double>(done) / std::max(elapsed_s, 1e-9) : 0;
+    const double left_s = rate > 0 ? static_cast<double>(all - done) / rate : 0;
+    char text[256];
+    std::snprintf(text, sizeof text, "[%s%s] %3.0f%%  frame %d (%zu of %zu)  %s %s  %.1f frames/s  %.0f s left",
+                  std::string(static_cast<std::size_t>(filled), '#').c_str(),
+                  std::string(static_cast<std::size_t>(kWidth - filled), '-').c_str(), 100 * share, last.frame.frame,
+                  done, all, last.object.c_str(), std::string(status_name(last.frame.status)).c_str(), rate,
+                  std::ceil(left_s));
+    return text;
+}
+
+TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend, ProgressBar::Show show,
+                      TrackJournal& journal) {
+    TrackRecord record;
+    std::vector<Tracker> trackers;
+    trackers.reserve(inputs.objects.size());
+    for (const TrackObject& object : inputs.objects) {
+        trackers.emplace_back(object.volume, object.start_world_from_ct, options, backend);
+    }
+    InstantReader reader(inputs.views);
+    ProgressBar bar(show);
+    const auto begin = Clock::now();
+    try {
+        for (const FrameSet& set : inputs.frames) {
+            stop_if_interrupted();
+            const auto read_begin = Clock::now();
+            const Instant instant = reader.read(set);
+            record.read_s += seconds_since(read_begin);
+            const auto track_begin = Clock::now();
+            std::vector<TrajectoryRow> rows;
+            for (std::size_t i = 0; i < trackers.size(); ++i) {
+                rows.push_back({inputs.objects[i].name, instant.gap.empty()
+                                                            ? trackers[i].feed(set.number, instant.views)
+                                                            : trackers[i].skip(set.number, instant.gap)});
+            }
+            record.track_s += seconds_since(track_begin);
+            for (TrajectoryRow& row : rows) {
+                journal.append(row);
+                record.rows.push_back(std::move(row));
+            }
+            ++record.instants;
+            bar.draw(
+                track_progress_line(record.instants, inputs.frames.size(), record.rows.back(), seconds_since(begin)));
+        }
+    } catch (const Error&) {
+        if (record.rows.empty()) throw;
+        record.stopped_by = std::current_exception();
+    }
+    record.notes = reader.notes();
+    return record;
+}
+
+}  // namespace raylign::apps

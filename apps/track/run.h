@@ -1,0 +1,52 @@
+#pragma once
+
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "apps/shared/progress_bar.h"
+#include "apps/track/inputs.h"
+#include "raylign/io/trajectory.h"
+
+namespace raylign::apps {
+
+/// trajectory.partial.csv: rows as they are found, so that not even a kill costs more than a frame. What an earlier run
+/// left there is kept as trajectory.partial.old.csv.
+class TrackJournal {
+public:
+    static constexpr const char* kName = "trajectory.partial.csv";
+    static constexpr const char* kOldName = "trajectory.partial.old.csv";
+
+    TrackJournal(const std::filesystem::path& folder, const std::vector<std::string>& view_names);
+    /// Throws Error, with the system's reason, where the disk is full.
+    void append(const TrajectoryRow& row);
+    /// The trajectory is in place elsewhere, or nothing was found: the file goes.
+    void remove();
+
+private:
+    std::filesystem::path file_;
+    std::size_t view_count_;
+    std::ofstream stream_;
+};
+
+/// What came of a run.
+struct TrackRecord {
+    std::vector<TrajectoryRow> rows;  ///< frame by frame, the objects of each in their order
+    std::size_t instants = 0;         ///< frames done
+    std::vector<std::string> notes;   ///< of reading
+    std::exception_ptr stopped_by;    ///< why it ended early; none = complete
+    double read_s = 0, track_s = 0;   ///< wall time of reading frames and of registering
+};
+
+/// Tracks all objects through all frames. Errors after the first frame, and Ctrl-C, end the run early: what was found
+/// until then is in the record.
+[[nodiscard]] TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend,
+                                    ProgressBar::Show show, TrackJournal& journal);
+
+/// "[####----]  40%  frame 12 (12 of 30)  radius ok  8.1 frames/s  3 s left"
+[[nodiscard]] std::string track_progress_line(std::size_t done, std::size_t all, const TrajectoryRow& last,
+                                              double elapsed_s);
+
+}  // namespace raylign::apps

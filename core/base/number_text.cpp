@@ -1,0 +1,14 @@
+#include "core/base/number_text.h"
+
+#include <array>
+#include <charconv>
+
+namespace raylign {
+
+std::string fixed(double value, int digits) {
+    std::array<char, 64> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, digits);
+    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(value);
+}
+
+}  // namespace raylign

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "raylign/io/frame_files.h"
+#include "raylign/io/views.h"
+
+namespace raylign {
+
+/// The frames of all views with one number.
+struct FrameSet {
+    int number = 0;
+    std::vector<std::optional<FrameFile>> files;  ///< one per view; none where it has no such frame
+};
+
+struct FrameRange {
+    std::optional<int> first, last;  ///< numbers, both included; none = the sequence's own
+    int step = 1;                    ///< take the numbers first, first + step, ...; at least 1
+};
+
+/// The frames that any view has in the range, by number. Throws Error for a bad range, and where no number of the range
+/// is in all views: such lists do not belong together.
+[[nodiscard]] std::vector<FrameSet> pair_frames(const ViewsFile& views, const FrameRange& range);
+
+/// Throws Error, naming the file, unless every file has the size of its view's camera. Reads headers only.
+void check_frame_sizes(const ViewsFile& views, const std::vector<FrameSet>& frames);
+
+/// All views at one instant.
+struct Instant {
+    std::vector<View> views;
+    std::string gap;  ///< why there are no images: a frame is missing, empty or unreadable; "" = views has them
+};
+
+/// Reads instants as read_views(ReadImages::required) would read one, image by image: turned, masked, made line
+/// integrals. What is settled automatically is settled for each frame, except the polarity: that of a view's first
+/// frame holds for all, as a detector does not change it.
+class InstantReader {
+public:
+    /// `views`: read with ReadImages::frames.
+    explicit InstantReader(ViewsFile views);
+
+    /// Throws Error for a frame of another size than the camera's.
+    [[nodiscard]] Instant read(const FrameSet& frames);
+    /// What was decided on the first frame of each view, "AP: ...".
+    [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+
+private:
+    [[nodiscard]] View make_view(std::size_t view, const FrameFile& file, RawXray raw);
+
+    ViewsFile views_;
+    std::vector<FrameReader> readers_;
+    std::vector<bool> is_settled_;
+    std::vector<std::string> notes_;
+};
+
+}  // namespace raylign

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "raylign/image.h"
+#include "raylign/intensity.h"
+
+namespace raylign {
+
+/// Reads a single-channel 2-D image: TIFF, PNG, MHA/MHD, NRRD or DICOM. `frame` chooses among several (multi-frame
+/// DICOM, TIFF pages, the third axis of a stack), from 1; 0 = there is but one.
+[[nodiscard]] RawXray read_xray(const std::filesystem::path& path, int frame = 0);
+
+/// All frames of such a file, in its order: one reading for a whole sequence.
+[[nodiscard]] std::vector<RawXray> read_xray_frames(const std::filesystem::path& path);
+
+/// A file with one or more frames whose pixels are kept as stored: frames become floats one at a time.
+class XrayFile {
+public:
+    explicit XrayFile(const std::filesystem::path& path);
+    ~XrayFile();
+    XrayFile(const XrayFile&) = delete;
+    XrayFile& operator=(const XrayFile&) = delete;
+
+    [[nodiscard]] int frame_count() const;
+    [[nodiscard]] RawXray frame(int number) const;  ///< from 1
+
+private:
+    struct Contents;
+    std::unique_ptr<const Contents> contents_;
+};
+
+/// Columns and rows of such a file; its pixels are not read for that.
+[[nodiscard]] Eigen::Vector2i xray_size_px(const std::filesystem::path& path);
+
+/// How many frames such a file has. A DICOM file's pixels are not read for that.
+[[nodiscard]] int xray_frame_count(const std::filesystem::path& path);
+
+/// Float32 image (TIFF, MHA or NRRD by the extension), to a temporary name first.
+void write_image(const std::filesystem::path& path, const Image& image);
+
+struct RgbImage {
+    int width = 0, height = 0;
+    std::vector<std::array<std::uint8_t, 3>> pixels;  ///< row-major, row 0 on top
+};
+void write_png(const std::filesystem::path& path, const RgbImage& image);
+
+}  // namespace raylign

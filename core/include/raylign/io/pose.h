@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <vector>
+
+#include "raylign/rigid_transform.h"
+
+namespace raylign {
+
+/// Reads world_from_ct from pose.json or an ITK transform file (.tfm, .txt, .h5; Euler3D, VersorRigid3D or Affine).
+/// ITK files hold the inverse of pose.json, ct_from_world: they map world points to ct points (both LPS, mm), as ITK
+/// and 3D Slicer expect. Resampling the CT with ITK by this file, or putting it under the transform in 3D Slicer, shows
+/// it where the X-rays saw it.
+[[nodiscard]] RigidTransform read_pose(const std::filesystem::path& path);
+
+/// Writes pose.json, or for .tfm and .txt an ITK AffineTransform_double_3_3 of ct_from_world (see read_pose); to a
+/// temporary name first.
+void write_pose(const std::filesystem::path& path, const RigidTransform& world_from_ct);
+
+/// Target points in ct [mm], one per row: JSON {"targets_ct_mm": [[x,y,z], ...]}, CSV x,y,z, or 3D Slicer
+/// .fcsv or Markups JSON.
+[[nodiscard]] std::vector<Eigen::Vector3d> read_targets(const std::filesystem::path& path);
+
+}  // namespace raylign

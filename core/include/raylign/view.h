@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "raylign/camera.h"
+#include "raylign/image.h"
+
+namespace raylign {
+
+/// One X-ray and its geometry.
+struct View {
+    std::string name;
+    ViewGeometry geometry;
+    Image image;             ///< line integrals (denser = larger); empty where there is none yet (drr, study)
+    Image weights;           ///< 0 = ignore this pixel, 1 = use it; empty = all ones
+    double cost_weight = 1;  ///< share of this view in the cost, relative to the other views'; positive
+};
+
+}  // namespace raylign

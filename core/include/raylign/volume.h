@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "raylign/grid.h"
+
+namespace raylign {
+
+/// Linear attenuation on a voxel grid. The field is the trilinear interpolant of the lattice padded with zeros:
+/// its support is (-1, n) voxels per axis, it is continuous, and a row of n voxels of value v and spacing s integrates
+/// to exactly n s v.
+struct Volume {
+    VoxelGrid grid;
+    std::vector<float> attenuation_per_mm;  ///< x fastest, grid.voxel_count() values, finite
+
+    [[nodiscard]] std::size_t index(int x, int y, int z) const {
+        return (static_cast<std::size_t>(z) * grid.size.y() + y) * grid.size.x() + x;
+    }
+    [[nodiscard]] float operator()(int x, int y, int z) const { return attenuation_per_mm[index(x, y, z)]; }
+};
+
+}  // namespace raylign

@@ -1,0 +1,84 @@
+#include "core/io/files/file_format.h"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/files/temporary_file.h"
+#include "core/io/files/text.h"
+
+namespace raylign::detail {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, FileFormat>, 15> kExtensions = {{
+    {".nii", FileFormat::nifti},
+    {".nii.gz", FileFormat::nifti},
+    {".hdr", FileFormat::nifti},
+    {".img", FileFormat::nifti},
+    {".img.gz", FileFormat::nifti},
+    {".mha", FileFormat::meta},
+    {".mhd", FileFormat::meta},
+    {".nrrd", FileFormat::nrrd},
+    {".nhdr", FileFormat::nrrd},
+    {".tif", FileFormat::tiff},
+    {".tiff", FileFormat::tiff},
+    {".png", FileFormat::png},
+    {".dcm", FileFormat::dicom},
+    {".dicom", FileFormat::dicom},
+    {".ima", FileFormat::dicom},
+}};
+
+}  // namespace
+
+std::string format_name(FileFormat format) {
+    switch (format) {
+        case FileFormat::nifti:
+            return "NIfTI";
+        case FileFormat::meta:
+            return "MetaImage";
+        case FileFormat::nrrd:
+            return "NRRD";
+        case FileFormat::tiff:
+            return "TIFF";
+        case FileFormat::png:
+            return "PNG";
+        case FileFormat::dicom:
+            return "DICOM";
+    }
+    return {};
+}
+
+bool has_dicom_mark(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::array<char, 132> head{};
+    return file.read(head.data(), head.size()) && std::string_view(head.data() + 128, 4) == "DICM";
+}
+
+std::optional<FileFormat> format_of(const std::filesystem::path& path) {
+    const std::string name = lower_case(path.filename().string());
+    for (const auto& [extension, format] : kExtensions) {
+        if (name.ends_with(extension)) return format;
+    }
+    if (has_dicom_mark(path)) return FileFormat::dicom;
+    return std::nullopt;
+}
+
+void check_readable_file(const std::filesystem::path& path) {
+    std::error_code failure;
+    const std::filesystem::file_status status = std::filesystem::status(path, failure);
+    if (status.type() == std::filesystem::file_type::not_found) throw Error(path.string() + " does not exist");
+    if (failure) throw Error(path.string() + " cannot be read: " + failure.message());
+    if (status.type() == std::filesystem::file_type::directory) {
+        throw Error(path.string() + " is a folder: must be a file");
+    }
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+    if (!file) throw Error(path.string() + " cannot be read: " + system_reason(errno));
+    if (std::fgetc(file.get()) == EOF) throw Error(path.string() + " is empty (0 bytes)");
+}
+
+}  // namespace raylign::detail

@@ -1,0 +1,49 @@
+#include <cassert>
+
+#include "core/io/files/json_node.h"
+#include "core/io/files/output.h"
+#include "raylign/io/views.h"
+
+namespace raylign {
+namespace {
+
+using nlohmann::json;
+
+template <typename Matrix>
+json rows_of(const Matrix& matrix) {
+    json rows = json::array();
+    for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+        json row = json::array();
+        for (Eigen::Index c = 0; c < matrix.cols(); ++c) row.push_back(matrix(r, c));
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+}  // namespace
+
+void write_views(const std::filesystem::path& path, const std::vector<View>& views,
+                 const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips) {
+    assert(image_names.empty() || image_names.size() == views.size());
+    assert(flips.empty() || flips.size() == views.size());
+    json list = json::array();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const Camera& camera = views[i].geometry.camera;
+        json view = {{"name", views[i].name},
+                     {"size_px", {camera.size_px.x(), camera.size_px.y()}},
+                     {"intrinsics", rows_of(camera.intrinsics_px)},
+                     {"camera_from_world", rows_of(to_matrix(views[i].geometry.camera_from_world))}};
+        if (camera.sdd_mm) view["sdd_mm"] = *camera.sdd_mm;
+        if (!flips.empty() && flips[i] != ImageFlip::none) {
+            view["flip"] = flips[i] == ImageFlip::columns ? "columns" : "rows";
+        }
+        if (!image_names.empty()) {
+            view["image"] = image_names[i];
+            view["intensity"] = {{"kind", "line-integral"}};
+        }
+        list.push_back(view);
+    }
+    write_text(path, detail::json_text({{"raylign", 1}, {"views", list}}));
+}
+
+}  // namespace raylign

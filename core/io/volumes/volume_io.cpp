@@ -1,0 +1,269 @@
+#include "raylign/io/volume.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/error.h"
+#include "raylign/rigid_transform.h"
+#include "raylign/intensity.h"
+#include "core/io/dicom/dicom_series.h"
+#include "core/io/volumes/object_region.h"
+#include "core/io/images/raster.h"
+#include "core/io/files/text.h"
+
+namespace raylign {
+namespace {
+
+using detail::number_text;
+using detail::Raster;
+
+/// Turns the file's numbers into 1/mm and remembers what it met.
+class Converter {
+public:
+    Converter(const VolumeReadOptions& options, VoxelGrid grid)
+        : options_(options),
+          preset_(options.hu_preset.empty() ? hu_presets().front() : hu_preset(options.hu_preset)),
+          grid_(std::move(grid)) {
+        voxels_.reserve(static_cast<std::size_t>(grid_.voxel_count()));
+    }
+
+    /// Appends the pixels of `raster`, one plane or all, in the file's order.
+    void append(const Raster& raster, const std::filesystem::path& path) {
+        detail::with_pixels(raster, [&](const auto* pixels) {
+            for (std::size_t i = 0; i < raster.pixel_count(); ++i) {
+                append(raster.file_value(static_cast<double>(pixels[i])), path);
+            }
+        });
+    }
+
+    [[nodiscard]] Volume take() { return {grid_, std::move(voxels_)}; }
+    /// Throws where the numbers met are in the other unit. DICOM states its unit by its rescale slope and intercept.
+    void check_unit(detail::FileFormat format, const std::filesystem::path& path) const;
+    void describe(detail::PixelType type, std::vector<std::string>& notes) const;
+
+private:
+    void append(double value, const std::filesystem::path& path) {
+        if (!std::isfinite(value)) throw_non_finite(value, path);
+        lowest_ = std::min(lowest_, value);
+        highest_ = std::max(highest_, value);
+        if (options_.is_attenuation) {
+            voxels_.push_back(static_cast<float>(value));
+            return;
+        }
+        const double hu = value + options_.hu_offset;
+        air_ += hu <= preset_.cutoff_hu;
+        voxels_.push_back(attenuation_from_hu(hu, preset_));
+    }
+
+    [[noreturn]] void throw_non_finite(double value, const std::filesystem::path& path) const {
+        const std::size_t i = voxels_.size();
+        const auto nx = static_cast<std::size_t>(grid_.size.x()), ny = static_cast<std::size_t>(grid_.size.y());
+        throw bad_value("voxel (" + std::to_string(i % nx) + ", " + std::to_string(i / nx % ny) + ", " +
+                            std::to_string(i / nx / ny) + ")",
+                        std::isnan(value) ? "NaN" : "Inf", "finite", path.string());
+    }
+
+    const VolumeReadOptions& options_;
+    const HuPreset& preset_;
+    VoxelGrid grid_;
+    std::vector<float> voxels_;
+    double lowest_ = std::numeric_limits<double>::infinity(), highest_ = -lowest_;
+    std::size_t air_ = 0;
+};
+
+void Converter::check_unit(detail::FileFormat format, const std::filesystem::path& path) const {
+    constexpr double kLeastHu = 10;                // HU of a CT go from -1000 to beyond this
+    constexpr double kLowest = -1, kHighest = 10;  // 1/mm: lead at 60 keV has 5.7
+    const std::string range =
+        path.string() + ": voxels go from " + number_text(lowest_) + " to " + number_text(highest_);
+    if (options_.is_attenuation) {
+        if (lowest_ >= kLowest && highest_ <= kHighest) return;
+        throw Error(range +
+                    ", which look like HU: linear attenuation must be in [-1, 10] per mm; leave out --attenuation");
+    }
+    if (format != detail::FileFormat::dicom && lowest_ >= -kLeastHu && highest_ <= kLeastHu) {
+        throw Error(range + ", too narrow a range for HU: voxels in 1/mm need --attenuation");
+    }
+}
+
+void Converter::describe(detail::PixelType type, std::vector<std::string>& notes) const {
+    const std::string range = number_text(lowest_) + " to " + number_text(highest_);
+    if (options_.is_attenuation) {
+        notes.push_back("voxels (" + range + ") are taken as linear attenuation in 1/mm");
+        return;
+    }
+    if (options_.hu_offset != 0) notes.push_back("HU = stored value + " + number_text(options_.hu_offset));
+    notes.push_back("HU (stored " + range + ", " + detail::pixel_type_name(type) + ") became 1/mm by preset " +
+                    std::string(preset_.name) + ": " + number_text(preset_.water_per_mm) + " * (1 + HU / 1000), " +
+                    std::to_string(air_) + " voxels at or below " + number_text(preset_.cutoff_hu) + " HU became 0");
+    if (lowest_ + options_.hu_offset > -500) {
+        notes.push_back(
+            "no voxel is as thin as air (-1000 HU): if the file holds HU plus an offset, such as 1024, air will "
+            "attenuate here");
+    }
+}
+
+void check_volume(const Raster& raster, const std::filesystem::path& path) {
+    const std::string size = detail::size_text(raster.size);
+    if (raster.components != 1) {
+        throw bad_value("numbers per voxel", std::to_string(raster.components), "1 (a scalar volume)", path.string());
+    }
+    const bool is_slice = raster.size.size() < 3 || (raster.format == detail::FileFormat::dicom && raster.size[2] == 1);
+    if (is_slice) {
+        throw bad_value("size", size,
+                        std::string("3-D (this is a 2-D image") +
+                            (raster.format == detail::FileFormat::dicom ? "; for a series give its folder)" : ")"),
+                        path.string());
+    }
+    for (std::size_t axis = 3; axis < raster.size.size(); ++axis) {
+        if (raster.size[axis] > 1) throw bad_value("size", size, "3-D, one time point", path.string());
+    }
+}
+
+void check_and_square(VoxelGrid& grid, const std::string& where) {
+    for (int axis = 0; axis < 3; ++axis) {
+        if (grid.spacing_mm[axis] > 0 && std::isfinite(grid.spacing_mm[axis])) continue;
+        throw bad_value("voxel spacing along " + std::string(1, "xyz"[axis]),
+                        number_text(grid.spacing_mm[axis]) + " mm", "positive", where);
+    }
+    if (!grid.origin_mm.allFinite()) throw bad_value("origin", "not finite", "finite", where);
+    constexpr double kTolerance = 1e-4;  // as for poses: text headers carry few digits
+    const Eigen::Matrix3d gram = grid.direction.transpose() * grid.direction;
+    const double departure = (gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+    if (!(departure <= kTolerance)) {
+        throw bad_value("departure of the direction matrix from an orthonormal one", number_text(departure),
+                        "at most 1e-4 (sheared or scaled axes)", where);
+    }
+    const double sign = grid.direction.determinant() < 0 ? -1 : 1;  // a mirror times a rotation stays one
+    grid.direction = sign * nearest_rotation(sign * grid.direction);
+}
+
+VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const std::filesystem::path& path) {
+    VoxelGrid grid;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<std::size_t>(axis);
+        grid.size[axis] = raster.size[i];
+        grid.spacing_mm[axis] = raster.spacing_mm[i];
+        grid.origin_mm[axis] = raster.origin_mm[i];
+    }
+    grid.direction = raster.direction.topLeftCorner<3, 3>();
+    if (raster.format == detail::FileFormat::tiff) {
+        if (!options.spacing_mm)
+            throw Error(path.string() + ": a TIFF does not say its voxel size: give --spacing X,Y,Z (mm)");
+        constexpr double kLargest = 1000;
+        for (const double spacing : *options.spacing_mm) {
+            if (spacing > 0 && spacing <= kLargest) continue;
+            throw bad_value("--spacing", number_text(spacing) + " mm", "in (0, 1000] mm", path.string());
+        }
+        grid.spacing_mm = *options.spacing_mm;
+    } else if (options.spacing_mm) {
+        throw Error(path.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
+    }
+    check_and_square(grid, path.string());
+    return grid;
+}
+
+void note_mirror(const VoxelGrid& grid, std::vector<std::string>& notes) {
+    if (grid.direction.determinant() < 0)
+        notes.emplace_back("the voxel axes are left-handed (direction matrix of determinant -1)");
+}
+
+VolumeFile read_file(const std::filesystem::path& path, const VolumeReadOptions& options) {
+    Raster raster = detail::read_raster(path, [&](const Raster& header) {
+        check_volume(header, path);
+        (void)grid_of(header, options, path);  // before the voxels are read
+    });
+    Converter converter(options, grid_of(raster, options, path));
+    converter.append(raster, path);
+    converter.check_unit(raster.format, path);
+    VolumeFile file;
+    converter.describe(raster.type, file.notes);
+    if (raster.format == detail::FileFormat::tiff) {
+        file.notes.emplace_back("TIFF: voxel (0, 0, 0) is the origin, columns, rows and pages are the x, y and z axes");
+    }
+    file.volume = converter.take();
+    note_mirror(file.volume.grid, file.notes);
+    file.files.push_back(path);
+    return file;
+}
+
+VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOptions& options) {
+    const detail::DicomFolder found = detail::scan_dicom_folder(folder);
+    detail::DicomSeries series = detail::choose_series(found, options.series, folder);
+    if (options.spacing_mm)
+        throw Error(folder.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
+    VolumeFile file;
+    file.notes.push_back("DICOM series " + series.uid + " \"" + series.description + "\", " +
+                         std::to_string(series.slices.size()) + " files");
+    if (found.ignored_files > 0) {
+        file.notes.push_back(std::to_string(found.ignored_files) +
+                             " files of the folder are no DICOM images and were ignored");
+    }
+    if (series.slices.size() == 1) {  // one multi-frame file, or an error that says what is wrong with one slice
+        VolumeFile single = read_file(series.slices.front().path, options);
+        single.notes.insert(single.notes.begin(), file.notes.begin(), file.notes.end());
+        return single;
+    }
+    VoxelGrid grid = detail::stack_slices(series);
+    check_and_square(grid, folder.string());
+    Converter converter(options, grid);
+    detail::PixelType type = detail::PixelType::i16;
+    for (const detail::DicomSlice& slice : series.slices) {
+        const Raster raster = detail::read_raster(slice.path);
+        const auto plane = static_cast<std::size_t>(grid.size.x()) * static_cast<std::size_t>(grid.size.y());
+        if (raster.pixel_count() != plane || raster.components != 1) {
+            throw bad_value("slice",
+                            detail::size_text(raster.size) + ", " + std::to_string(raster.components) + " components",
+                            "one grey plane as its tags say", slice.path.string());
+        }
+        converter.append(raster, slice.path);
+        type = raster.type;
+        file.files.push_back(slice.path);
+    }
+    converter.check_unit(detail::FileFormat::dicom, folder);
+    converter.describe(type, file.notes);
+    file.volume = converter.take();
+    return file;
+}
+
+}  // namespace
+
+VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOptions& options) {
+    if (!options.hu_preset.empty()) (void)hu_preset(options.hu_preset);  // a wrong name is an error in any case
+    const bool is_folder = std::filesystem::is_directory(path);
+    if (!is_folder && !options.series.empty()) {
+        throw Error(path.string() + " is no folder: --series chooses within a DICOM folder");
+    }
+    VolumeFile file = is_folder ? read_series(path, options) : read_file(path, options);
+    file.file_grid = file.volume.grid;
+    if (!options.object.is_whole()) detail::keep_object(options, file);
+    return file;
+}
+
+LabelMap read_label_map(const std::filesystem::path& path, const VoxelGrid& like) {
+    VolumeReadOptions options;
+    Raster raster = detail::read_raster(path, [&](const Raster& header) { check_volume(header, path); });
+    if (raster.format == detail::FileFormat::tiff) {
+        options.spacing_mm = like.spacing_mm;
+        if (Eigen::Vector3i(raster.size[0], raster.size[1], raster.size[2]) != like.size) {
+            throw bad_value("size of the labels", detail::size_text(raster.size),
+                            "the CT's (a TIFF does not say where its voxels lie)", path.string());
+        }
+    }
+    LabelMap map{raster.format == detail::FileFormat::tiff ? like : grid_of(raster, options, path), {}};
+    map.labels.reserve(raster.pixel_count());
+    detail::with_pixels(raster, [&](const auto* pixels) {
+        for (std::size_t i = 0; i < raster.pixel_count(); ++i) {
+            const auto value = static_cast<double>(pixels[i]);
+            if (!(std::abs(value) < 2147483648.0) || value != std::round(value)) {
+                throw bad_value("label", number_text(value), "a whole number", path.string());
+            }
+            map.labels.push_back(static_cast<std::int32_t>(value));
+        }
+    });
+    return map;
+}
+
+}  // namespace raylign

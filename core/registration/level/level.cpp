@@ -1,0 +1,174 @@
+#include "core/registration/level/level.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/image/pyramid.h"
+#include "core/image/view_crop.h"
+
+namespace raylign {
+namespace {
+
+constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that engines must agree on
+constexpr double kToleranceCoarse_px = 2e-2;  // the next level corrects the rest
+constexpr double kCostToleranceFinest = 1e-10;
+constexpr double kCostToleranceCoarse = 1e-6;
+constexpr int kTypicalIterations = 15;  // per level: scales the progress estimate only
+
+void add(SessionTiming& sum, const SessionTiming& t) {
+    sum.prepare_s += t.prepare_s;
+    sum.drr_s += t.drr_s;
+    sum.gradient_s += t.gradient_s;
+    sum.reduction_s += t.reduction_s;
+    sum.transfer_s += t.transfer_s;
+}
+
+void add(SessionCounters& sum, const SessionCounters& c) {
+    sum.evaluations += c.evaluations;
+    sum.linearizations += c.linearizations;
+    sum.bytes_to_host += c.bytes_to_host;
+}
+
+}  // namespace
+
+void RunContext::check_hooks() const {
+    if (options.cancelled && options.cancelled()) throw Error("stopped by the caller", ErrorKind::cancelled);
+    if (options.time_limit_s > 0 && elapsed_s() > options.time_limit_s) throw TimeIsUp{};
+}
+
+void RunContext::show_progress(int level, double work, double cost, int iteration) const {
+    if (!progress) return;
+    const double fraction = std::min(1.0, (done_work + work) / total_work);
+    const RegistrationProgress now{.level = level,
+                                   .levels = level_count,
+                                   .iteration = iteration,
+                                   .cost = cost,
+                                   .fraction = fraction,
+                                   .remaining_s = elapsed_s() * (1 - fraction) / std::max(fraction, 1e-3)};
+    if (!progress(now)) throw Error("stopped by the caller", ErrorKind::cancelled);
+}
+
+double level_work(const LevelPlan& plan) {
+    // Halving images by 2 leaves a quarter of the rays; halving the volume, half of the samples on each.
+    return std::exp2(-2.0 * plan.image_halvings.front() - plan.volume_halvings) * kTypicalIterations;
+}
+
+Level::Level(RunContext& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
+    : run_(run), plan_(plan), index_(run.levels_made) {
+    make_views(focus);
+    session_ = run.resident.session(plan.volume_halvings, views_, {run.options.similarity.metric, plan.filter});
+    const Volume& volume = run.resident.halved(plan.volume_halvings);
+    report_.volume_size = volume.grid.size;
+    report_.spacing_mm = volume.grid.spacing_mm;
+    for (const View& view : views_) report_.image_sizes_px.push_back(view.geometry.camera.size_px);
+    report_.filter = plan.filter;
+    report_.content = content;
+    ++run.levels_made;
+    run.result.levels.emplace_back();  // its place, whenever it ends
+}
+
+void Level::make_views(const std::optional<Focus>& focus) {
+    for (std::size_t v = 0; v < run_.views.size(); ++v) {
+        View view = run_.views[v];
+        for (int i = 0; i < plan_.image_halvings[v]; ++i) view = half_resolution(view);
+        if (focus) {
+            const int margin_px = static_cast<int>(std::ceil(focus->margin_mm / plan_.pixel_at_object_mm)) +
+                                  2 * plan_.filter.radius_px + 1;
+            view = crop(view, reached_pixels(view.geometry, run_.volume.grid, focus->world_from_ct, margin_px));
+        }
+        views_.push_back(std::move(view));
+    }
+}
+
+Level::~Level() {
+    RegistrationResult& result = run_.result;
+    report_.volume_bytes = session_->volume_bytes();  // now that rays have asked for all copies that they need
+    report_.volume_layout = session_->volume_layout();
+    add(counters_, session_->counters());
+    report_.evaluations = counters_.evaluations;
+    report_.linearizations = counters_.linearizations;
+    report_.time_s = std::chrono::duration<double>(RunContext::Clock::now() - begin_).count();
+    result.iterations += report_.iterations;
+    add(result.counters, counters_);
+    add(result.timing, session_->timing());
+    result.timing.prepare_s += run_.resident.take_prepare_s();
+    result.levels[index_] = std::move(report_);
+}
+
+double Level::cost(const RigidTransform& world_from_ct) {
+    double cost = 0;
+    session_->evaluate({&world_from_ct, 1}, {&cost, 1});
+    return cost;
+}
+
+std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std::span<const Image> images,
+                                        std::vector<Image>& cut) {
+    std::vector<View> views;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        const PixelBox box =
+            reached_pixels(views_[v].geometry, run_.volume.grid, world_from_ct, 2 * plan_.filter.radius_px + 1);
+        views.push_back(crop(views_[v], box));
+        cut.push_back(crop(images[v], box));
+    }
+    try {
+        return run_.resident.session(plan_.volume_halvings, views, {run_.options.similarity.metric, plan_.filter});
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        return nullptr;  // blank, or hardly a usable pixel
+    }
+}
+
+void Level::count(const Session& cut_out) {
+    add(counters_, cut_out.counters());
+    add(run_.result.timing, cut_out.timing());
+}
+
+LevelProblem Level::problem(const RigidTransform& start, bool finest, Session& session) {
+    return {.session = session,
+            .start_world_from_ct = start,
+            .extent = run_.extent,
+            .pixel_at_object_mm = plan_.pixel_at_object_mm,
+            .initial_step_mm = plan_.pixel_at_object_mm,
+            .step_tolerance_mm = (finest ? kToleranceFinest_px : kToleranceCoarse_px) * plan_.pixel_at_object_mm,
+            .cost_tolerance = finest ? kCostToleranceFinest : kCostToleranceCoarse,
+            .max_iterations = run_.options.max_iterations_per_level,
+            .before_batch = [this] { run_.check_hooks(); }};
+}
+
+LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double initial_step_mm) {
+    LevelProblem work = problem(start, finest);
+    work.initial_step_mm = initial_step_mm;
+    const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) {
+        record(step, pose);
+        return true;
+    };
+    const LevelOutcome found = run_method(run_.result.method, work, on_step);
+    run_.result.world_from_ct = found.world_from_ct;
+    report_.cost_final = found.cost;
+    report_.iterations += found.iterations;
+    report_.termination = found.termination;
+    return found;
+}
+
+void Level::record(const OptimizerStep& step, const RigidTransform& pose) {
+    RegistrationResult& result = run_.result;
+    result.history.push_back({index_, report_.iterations + step.iteration, step.cost, step.length, pose});
+    result.world_from_ct = pose;
+    result.cost_final = step.cost;
+    const double share = static_cast<double>(step.iteration) / (kTypicalIterations + step.iteration);
+    run_.show_progress(index_, share * level_work(plan_), step.cost, step.iteration);
+}
+
+void Level::check_overlap() {
+    const std::vector<MomentSums> sums = session_->moment_sums({&run_.start, 1});
+    const auto channels = static_cast<std::ptrdiff_t>(session_->channel_count());
+    for (std::size_t v = 0; v < session_->view_count(); ++v) {
+        const auto first = sums.begin() + static_cast<std::ptrdiff_t>(v) * channels;
+        if (!std::all_of(first, first + channels, moving_is_constant)) continue;
+        throw Error("start pose: the DRR misses the detector of view " + run_.views[v].name +
+                    " (nothing of the volume is projected onto its usable pixels)");
+    }
+}
+
+}  // namespace raylign

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/image/gradient_filter.h"
+#include "raylign/view.h"
+#include "raylign/volume.h"
+#include "core/registration/object/pose_space.h"
+
+namespace raylign {
+
+/// One resolution of the pyramid: how often volume and images are halved, and the filter that goes with it.
+struct LevelPlan {
+    int volume_halvings = 0;
+    std::vector<int> image_halvings;  ///< per view
+    GradientFilter filter;
+    double pixel_at_object_mm = 0;  ///< the finest over views: the level's unit of length
+};
+
+/// The levels, coarsest first. Each view's finest level is the first whose pixel, projected to the object, is at least
+/// half a voxel wide (finer pixels hold nothing that the CT could explain); each coarser one halves it, as long as the
+/// smaller image side has at least 32 px, the object's thinnest direction at least 8 px (a bone that is a speck sends
+/// the search to the wrong place) and every mask leaves at least 400 px, or until there are `levels` of them. The
+/// volume is halved until its voxel fits the pixel.
+[[nodiscard]] std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
+                                                 const RigidTransform& world_from_ct, const ObjectExtent& extent,
+                                                 const GradientFilter& finest_filter, int levels);
+
+}  // namespace raylign

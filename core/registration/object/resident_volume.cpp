@@ -1,0 +1,46 @@
+#include "core/registration/object/resident_volume.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/image/pyramid.h"
+
+namespace raylign {
+
+ResidentVolume::ResidentVolume(const Volume& volume, const RenderSettings& render, Backend& backend)
+    : volume_(volume), render_(render), backend_(backend) {
+    check_volume(volume, "the volume");
+    check_render(render, volume.grid);
+    extent_ = object_extent(volume);
+    sample_ = sample_object(volume);
+}
+
+const Volume& ResidentVolume::halved(int halvings) {
+    if (halvings == 0) return volume_;
+    const auto found = halved_.find(halvings);
+    if (found != halved_.end()) return found->second;
+    return halved_.emplace(halvings, half_resolution(halved(halvings - 1))).first->second;
+}
+
+std::unique_ptr<Session> ResidentVolume::session(int halvings, std::span<const View> views,
+                                                 const Similarity& similarity) {
+    std::unique_ptr<Session>& resident = resident_[halvings];
+    if (!resident) {
+        std::vector<View> without_images(views.begin(), views.end());
+        for (View& view : without_images) view.image = view.weights = {};  // it only holds the volume
+        resident = backend_.prepare({halved(halvings), without_images, render_of(halvings), similarity});
+        prepare_s_ += resident->timing().prepare_s;
+    }
+    return resident->with_views(views, similarity);
+}
+
+/// Halved voxels are larger: a step that suits the volume may be finer than check_render lets one be there.
+RenderSettings ResidentVolume::render_of(int halvings) {
+    RenderSettings settings = render_;
+    if (settings.step_mm > 0) settings.step_mm = std::max(settings.step_mm, finest_step_mm(halved(halvings).grid));
+    return settings;
+}
+
+double ResidentVolume::take_prepare_s() { return std::exchange(prepare_s_, 0); }
+
+}  // namespace raylign

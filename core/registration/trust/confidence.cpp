@@ -1,0 +1,105 @@
+#include "core/registration/trust/confidence.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/error.h"
+
+namespace raylign {
+namespace {
+
+constexpr int kGroups = 16, kBlocksPerSide = 8;
+
+/// The group of each block: every group appears in each half of the rows and columns, shifted from view to view.
+int group_of(int block_x, int block_y, std::size_t view) {
+    return (5 * block_x + 3 * block_y + 7 * static_cast<int>(view)) % kGroups;
+}
+
+struct PixelBox {
+    int x0, y0, x1, y1;
+};
+
+PixelBox box_with_weight(const Image& weights) {
+    PixelBox box{weights.width, weights.height, 0, 0};
+    for (int y = 0; y < weights.height; ++y) {
+        for (int x = 0; x < weights.width; ++x) {
+            if (!(weights(x, y) > 0)) continue;
+            box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
+        }
+    }
+    return box;
+}
+
+Image without_group(const Image& weights, const PixelBox& box, int group, std::size_t view) {
+    Image rest = weights;
+    for (int y = box.y0; y < box.y1; ++y) {
+        const int block_y = (y - box.y0) * kBlocksPerSide / (box.y1 - box.y0);
+        for (int x = box.x0; x < box.x1; ++x) {
+            const int block_x = (x - box.x0) * kBlocksPerSide / (box.x1 - box.x0);
+            if (group_of(block_x, block_y, view) == group) rest(x, y) = 0;
+        }
+    }
+    return rest;
+}
+
+using Twists = Eigen::Matrix<double, 6, kGroups>;
+
+/// One Gauss-Newton step per group left out.
+Twists steps_without_groups(const LevelProblem& problem, const RigidTransform& world_from_ct,
+                            const std::vector<Image>& weights) {
+    std::vector<PixelBox> boxes;
+    for (const Image& image : weights) boxes.push_back(box_with_weight(image));
+    Twists steps;
+    for (int group = 0; group < kGroups; ++group) {
+        std::vector<Image> rest;
+        for (std::size_t v = 0; v < weights.size(); ++v) rest.push_back(without_group(weights[v], boxes[v], group, v));
+        problem.session.set_weights(rest);
+        Linearization at;
+        problem.before_batch();
+        problem.session.linearize({&world_from_ct, 1}, problem.extent.centre_ct_mm, {&at, 1});
+        steps.col(group) = -at.curvature.ldlt().solve(at.gradient);
+    }
+    return steps;
+}
+
+void summarise(Confidence& confidence, double radius_mm) {
+    const Eigen::Matrix3d rotation = confidence.covariance.topLeftCorner<3, 3>();
+    const Eigen::Matrix3d translation = confidence.covariance.bottomRightCorner<3, 3>();
+    confidence.translation_mm = std::sqrt(translation.trace());
+    confidence.rotation_deg = std::sqrt(rotation.trace()) * 180 / std::numbers::pi;
+    // Mean of |w x p|^2 over a uniform ball: 2/5 r^2 |w|^2.
+    confidence.rim_mm = std::sqrt(translation.trace() + 0.4 * radius_mm * radius_mm * rotation.trace());
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(translation);
+    confidence.weakest_direction = axes.eigenvectors().col(2);
+    confidence.weakest_mm = std::sqrt(std::max(axes.eigenvalues()[2], 0.0));
+}
+
+}  // namespace
+
+Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct, double calibration) {
+    std::vector<Image> weights;
+    for (std::size_t v = 0; v < problem.session.view_count(); ++v) {
+        weights.push_back(problem.session.fixed_channels(v).weights);
+    }
+    Confidence confidence;
+    Twists steps;
+    try {
+        steps = steps_without_groups(problem, world_from_ct, weights);
+    } catch (const Error& error) {
+        problem.session.set_weights(weights);
+        if (error.kind() == ErrorKind::cancelled) throw;
+        return confidence;  // a group held nearly all pixels
+    }
+    problem.session.set_weights(weights);
+    if (!steps.allFinite()) return confidence;
+    const Twists deviations = steps.colwise() - steps.rowwise().mean();
+    confidence.is_estimated = true;
+    confidence.covariance = calibration * calibration * (kGroups - 1.0) / kGroups * deviations * deviations.transpose();
+    summarise(confidence, problem.extent.radius_mm);
+    return confidence;
+}
+
+}  // namespace raylign

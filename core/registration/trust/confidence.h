@@ -1,0 +1,20 @@
+#pragma once
+
+#include "core/registration/level/methods.h"
+#include "core/registration/registration.h"
+
+namespace raylign {
+
+/// Delete-a-group jackknife [Efron 1982; Shao and Wu 1989] over 16 groups of image blocks: with the weights of group g
+/// set to zero, one Gauss-Newton step x_g from the pose; covariance = k^2 (G - 1) / G sum_g (x_g - mean) (x_g -
+/// mean)^T. Residuals that hang together within a block (smoothed noise, other anatomy) are thereby counted once, where
+/// the inverse curvature alone would take every pixel for news. Each view's box of pixels with weight is cut into 8 x 8
+/// blocks; a group has blocks of every view, spread over the box. k = `calibration`, fitted on trials
+/// (bench/README.md). 16 linearizations on the session's level; its weights are restored.
+/// Not estimated where a group leaves too little to compare.
+[[nodiscard]] Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct,
+                                   double calibration);
+inline constexpr double kCalibration_explained = 1;   ///< noise is all that is left
+inline constexpr double kCalibration_mismatch = 2.2;  ///< structures that bias all groups alike: scatter, other tissue
+
+}  // namespace raylign

@@ -1,0 +1,124 @@
+#include "core/registration/trust/verdict.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/base/number_text.h"
+
+namespace raylign {
+namespace {
+
+constexpr double kWeakCost_whole = 0.5;   // a mean correlation below one half: the DRR explains too little
+constexpr double kWeakCost_part = 0.8;    // other tissue is expected, but this is what unrelated edges reach
+constexpr double kWeakCost_found = 0.65;  // of a part that was found anywhere: of so many places some fit by chance
+constexpr double kMostCovered = 0.7;      // of the image: little is left for other tissue, so it is judged as a whole
+constexpr double kOpposite = 1.2;         // worse than unrelated
+constexpr double kTestedShift_mm = 60;    // how far starts without a search have been tested
+constexpr double kTestedTurn_rad = 0.8;   // 45 degrees
+constexpr double kRivalMargin = 0.015;    // of cost: the gap that noise can close
+/// After a search everywhere: of so many places two fit alike by chance, and right poses have led by 0.13 and more.
+constexpr double kRivalMargin_global = 0.05;
+constexpr double kLeastOverlap_part = 0.5;   // what a search asks for, too
+constexpr double kLeastOverlap_whole = 0.1;  // a CT may be much larger than the X-ray's field
+constexpr double kLargestRim_mm = 1.5;       // an expected error above this is not a registration
+
+void doubt_the_end(const RegistrationResult& result, std::vector<std::string>& reasons) {
+    if (result.levels.empty()) return;
+    const LevelReport& last = result.levels.back();
+    if (last.termination != Termination::converged) {
+        reasons.push_back("the finest level ended by " + std::string(termination_name(last.termination)) + " after " +
+                          std::to_string(last.iterations) + " iterations");
+    }
+    if (std::isfinite(result.cost_initial) && !(result.cost_final <= result.cost_initial))
+        reasons.push_back("the result's cost is not below the start's");
+}
+
+bool covers(const RegistrationResult& result, std::size_t view) {
+    return view < result.covered.size() && result.covered[view] > kMostCovered;
+}
+
+double weak_cost(const RegistrationResult& result, std::size_t view) {
+    if (result.content == Content::whole || covers(result, view)) return kWeakCost_whole;
+    return result.search.mode == Search::global ? kWeakCost_found : kWeakCost_part;
+}
+
+void doubt_weak_views(const RegistrationResult& result, std::span<const View> views,
+                      std::vector<std::string>& reasons) {
+    for (std::size_t v = 0; v < result.view_costs.size(); ++v) {
+        if (result.view_costs[v] < weak_cost(result, v)) continue;
+        std::string reason = "view " + views[v].name + " correlates weakly with its DRR (cost " +
+                             fixed(result.view_costs[v], 2) + ", unrelated images have about 1)";
+        if (result.view_costs[v] > kOpposite) reason += ": its contrast may be reversed (\"polarity\" in views.json)";
+        if (result.content == Content::part && covers(result, v))
+            reason += ", though the CT covers nearly all of it and should explain it";
+        reasons.push_back(std::move(reason));
+    }
+}
+
+/// A part whose centre lies beyond the places that were looked at was not compared with its neighbours.
+void doubt_beyond_range(const RegistrationResult& result, const RigidTransform& start, const ObjectExtent& extent,
+                        std::vector<std::string>& reasons) {
+    if (result.content != Content::part || !(result.search.range_mm > 0)) return;
+    const double shift_mm = (result.world_from_ct * extent.centre_ct_mm - start * extent.centre_ct_mm).norm();
+    if (shift_mm <= result.search.range_mm) return;
+    reasons.push_back("the result lies " + fixed(shift_mm, 1) + " mm from the start, beyond the " +
+                      fixed(result.search.range_mm, 0) + " mm that were searched: a wider range may show a better one");
+}
+
+void doubt_little_overlap(const RegistrationResult& result, std::span<const View> views,
+                          std::vector<std::string>& reasons) {
+    const double least = result.content == Content::part ? kLeastOverlap_part : kLeastOverlap_whole;
+    for (std::size_t v = 0; v < result.overlap.size(); ++v) {
+        if (result.overlap[v] >= least) continue;
+        reasons.push_back("view " + views[v].name + " shows only " + fixed(100 * result.overlap[v], 0) +
+                          " % of the object on usable pixels");
+    }
+}
+
+void doubt_far_ends(const RegistrationResult& result, const RigidTransform& start, const ObjectExtent& extent,
+                    std::vector<std::string>& reasons) {
+    if (result.search.mode != Search::none) return;  // a search has looked around
+    const RigidTransform moved = result.world_from_ct * inverse(start);
+    const Eigen::Vector3d centre_mm = start * extent.centre_ct_mm;
+    const double shift_mm = (moved * centre_mm - centre_mm).norm(), turn_rad = rotation_angle_rad(moved);
+    if (shift_mm <= kTestedShift_mm && turn_rad <= kTestedTurn_rad) return;
+    reasons.push_back("the result is far from the start (" + fixed(shift_mm, 1) + " mm, " +
+                      fixed(turn_rad * 180 / std::numbers::pi, 1) +
+                      " deg): beyond the range in which the method has been tested");
+}
+
+void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& reasons) {
+    if (result.search.agreeing == 1) {  // 0: time was up before they were compared
+        // A minimum that one start found is as likely a chance one.
+        reasons.push_back("only one of " + std::to_string(result.search.refined) + " refined starts ended here");
+    }
+    const bool anywhere = result.search.mode == Search::global && result.content == Content::part;
+    for (const Rival& rival : result.search.rivals) {
+        if (rival.cost - result.search.cost > (anywhere ? kRivalMargin_global : kRivalMargin)) continue;
+        reasons.push_back("a rival explains the X-rays nearly as well: " + fixed(rival.shift_mm, 1) + " mm and " +
+                          fixed(rival.rotation_deg, 1) + " deg away, cost " + fixed(rival.cost, 4) + " against " +
+                          fixed(result.search.cost, 4));
+    }
+}
+
+}  // namespace
+
+std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
+                                const RigidTransform& start, const ObjectExtent& extent) {
+    std::vector<std::string> reasons;
+    doubt_the_end(result, reasons);
+    doubt_weak_views(result, views, reasons);
+    doubt_little_overlap(result, views, reasons);
+    doubt_far_ends(result, start, extent, reasons);
+    doubt_beyond_range(result, start, extent, reasons);
+    doubt_rivals(result, reasons);
+    if (result.method == Method::gauss_newton && std::isfinite(result.cost_initial) && !result.confidence.is_estimated)
+        reasons.push_back("the expected error could not be estimated: few pixels hold all that was compared");
+    if (result.confidence.rim_mm > kLargestRim_mm) {
+        reasons.push_back("the pose is poorly determined: expected error " + fixed(result.confidence.rim_mm, 1) +
+                          " mm");
+    }
+    return reasons;
+}
+
+}  // namespace raylign

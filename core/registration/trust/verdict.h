@@ -1,0 +1,18 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "raylign/view.h"
+#include "core/registration/object/pose_space.h"
+#include "core/registration/registration.h"
+
+namespace raylign {
+
+/// Why not to trust a result, in words for people; empty = trust it. The bounds were set on trials with known truth
+/// (bench/README.md, "knows when it failed").
+[[nodiscard]] std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
+                                              const RigidTransform& start, const ObjectExtent& extent);
+
+}  // namespace raylign

@@ -1,0 +1,237 @@
+#include "core/tracking/track.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/registration/strategy/search.h"
+
+namespace raylign {
+namespace {
+
+constexpr std::size_t kRemembered = 15, kFewest = 3;    // frames whose medians say what is usual
+constexpr double kFirstJump_mm = 20;                    // what a search near the prediction covers
+constexpr double kJumpFloor_mm = 3, kJumpFactor = 4;    // above the noise of a prediction; sudden starts of a motion
+constexpr double kMostGaps = 3;                         // beyond, a body has gone as far as it will
+constexpr double kCostFloor = 0.03, kCostShare = 0.25;  // noise; and how much costs change along a motion
+constexpr double kSame_mm = 1;                          // ends of searches that confirm each other
+constexpr int kHopeless = 3, kRetry = 10;
+
+struct Widening {
+    Search mode;
+    double range_mm, range_deg;
+    int starts;
+};
+constexpr std::array<Widening, 3> kWidenings{
+    {{Search::near, 20, 30, 1024}, {Search::near, 40, 60, 6144}, {Search::global, 0, 0, 0}}};
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::ranges::nth_element(values, middle);
+    return *middle;
+}
+
+void push(std::vector<double>& values, double value) {
+    values.push_back(value);
+    if (values.size() > kRemembered) values.erase(values.begin());
+}
+
+}  // namespace
+
+std::string_view status_name(TrackStatus status) {
+    constexpr std::array<std::string_view, 4> kNames{"ok", "doubtful", "lost", "missing"};
+    return kNames[static_cast<std::size_t>(status)];
+}
+
+std::string TrackOptions::problem() const {
+    if (!(max_jump_mm >= 0 && max_jump_mm <= 1000)) return "max_jump_mm: must be in (0, 1000], or 0 for by itself";
+    if (!(frame_step > 0 && std::isfinite(frame_step))) return "frame_step: must be positive and finite";
+    return {};
+}
+
+/// One registration of a frame, and what the frames before say to it.
+struct Tracker::Attempt {
+    RegistrationResult result;
+    bool has_result = false;
+    bool is_search = false;
+    std::string problem;  ///< where there is no result
+    double jump_mm = 0;
+    bool jumped = false, cost_jumped = false;
+
+    [[nodiscard]] bool believed() const { return has_result && result.ok && !cost_jumped && (is_search || !jumped); }
+    /// Doubtful, but more likely right than the prediction: otherwise a lasting change of the images would end a track.
+    [[nodiscard]] bool plausible() const { return has_result && !jumped && (!cost_jumped || result.ok); }
+};
+
+Tracker::Tracker(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
+                 Backend& backend)
+    : resident_(volume, options.registration.render, backend),
+      start_world_from_ct_(start_world_from_ct),
+      options_(options),
+      extent_(resident_.extent()) {
+    if (const std::string fault = options.problem(); !fault.empty()) throw Error("track options: " + fault);
+    if (!is_finite(start_world_from_ct)) throw Error("start pose: must have finite numbers only");
+    check_options(options.registration, backend);
+    if (!backend.info().has_derivatives) options_.recovery = Search::none;
+}
+
+void Tracker::check_number(int frame) const {
+    if (!last_frame_ || frame > *last_frame_) return;
+    throw bad_value("frame", std::to_string(frame), "above that of the frame before, " + std::to_string(*last_frame_));
+}
+
+RigidTransform Tracker::predicted(int frame) const {
+    if (known_.empty()) return start_world_from_ct_;
+    return extrapolate(known_, frame / options_.frame_step, extent_.centre_ct_mm);
+}
+
+double Tracker::jump_limit_mm(int frame) const {
+    double limit_mm = options_.max_jump_mm;
+    if (limit_mm == 0) {
+        const bool is_new = jumps_mm_.size() < kFewest || known_.size() < 2;  // no velocity yet
+        limit_mm = is_new ? kFirstJump_mm : kJumpFloor_mm + kJumpFactor * median(jumps_mm_);
+    }
+    const double missed = (frame - last_tracked_.value_or(frame)) / options_.frame_step;
+    return limit_mm * std::clamp(missed, 1.0, kMostGaps);
+}
+
+double Tracker::cost_limit() const {
+    if (costs_.size() < kFewest) return 2;  // the largest that there is
+    const double usual = median(costs_);
+    return usual + kCostFloor + kCostShare * usual;
+}
+
+RegistrationOptions Tracker::first_options() const {
+    RegistrationOptions options = options_.registration;
+    if (!last_tracked_) return options;  // gaps before the first frame do not count
+    if (content_) options.content = *content_;
+    options.search.mode = Search::none;
+    options.search.range_mm = options.search.range_deg = 0;
+    options.search.starts = 0;
+    return options;
+}
+
+std::vector<RegistrationOptions> Tracker::wider(const RegistrationOptions& first) const {
+    std::vector<RegistrationOptions> list;
+    if (options_.recovery == Search::none || first.search.mode == Search::global) return list;
+    for (const Widening& widening : kWidenings) {
+        if (widening.mode == Search::global && options_.recovery == Search::near) break;
+        RegistrationOptions options = first;
+        options.method = Method::automatic;  // searches refine by gauss-newton
+        options.search.mode = widening.mode;
+        options.search.range_mm = widening.range_mm;
+        options.search.range_deg = widening.range_deg;
+        options.search.starts = widening.starts;
+        list.push_back(std::move(options));
+    }
+    return list;
+}
+
+Tracker::Attempt Tracker::attempt(const RegistrationOptions& options, const TrackFrame& so_far,
+                                  std::span<const View> views, const ProgressCallback& progress) {
+    Attempt made;
+    const RigidTransform& prediction = so_far.predicted_world_from_ct;
+    try {
+        made.result = register_volume(resident_, views, prediction, options, progress);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        made.problem = error.what();  // e.g. that the DRR misses a view from here: a wider search may help
+        return made;
+    }
+    made.has_result = std::isfinite(made.result.cost_final) && is_finite(made.result.world_from_ct);
+    if (!made.has_result) made.problem = "the cost is not finite";
+    made.is_search = made.result.search.mode != Search::none;
+    made.jump_mm = apart_mm(made.result.world_from_ct, prediction, extent_);
+    made.jumped = last_tracked_ && made.jump_mm > jump_limit_mm(so_far.frame);
+    made.cost_jumped = made.result.cost_final > cost_limit();
+    return made;
+}
+
+void Tracker::search_wider(Attempt& best, TrackFrame& found, std::span<const View> views,
+                           const ProgressCallback& progress) {
+    if (failures_ >= kHopeless && failures_ % kRetry != 0) return;
+    const RegistrationOptions first = first_options();
+    for (const RegistrationOptions& options : wider(first)) {
+        const Attempt next = attempt(options, found, views, progress);
+        found.searched = options.search.mode;
+        if (!next.has_result) continue;
+        const bool same =
+            best.has_result && apart_mm(next.result.world_from_ct, best.result.world_from_ct, extent_) < kSame_mm;
+        // Costs say nothing here: each was made under the robust weights of its own pose.
+        if (next.believed() || !best.has_result) {
+            found.recovered = found.recovered || !same;
+            best = next;
+        }
+        if (best.believed()) return;
+    }
+}
+
+void Tracker::judge(const Attempt& best, TrackFrame& found) const {
+    if (!best.has_result) {
+        found.status = TrackStatus::lost;
+        found.world_from_ct = found.predicted_world_from_ct;
+        found.reasons.push_back(best.problem);
+        return;
+    }
+    found.world_from_ct = best.result.world_from_ct;
+    found.jump_mm = best.jump_mm;
+    found.cost = best.result.cost_final;
+    found.view_costs = best.result.view_costs;
+    found.expected_error_mm = best.result.confidence.rim_mm;
+    found.status = best.believed() ? TrackStatus::ok : best.plausible() ? TrackStatus::doubtful : TrackStatus::lost;
+    if (found.status == TrackStatus::ok) return;
+    found.reasons = best.result.reasons;
+    if (best.jumped) {
+        found.reasons.push_back(fixed(best.jump_mm, 2) + " mm from the prediction, more than " +
+                                fixed(jump_limit_mm(found.frame), 2) + " mm");
+    }
+    if (best.cost_jumped) {
+        found.reasons.push_back("the cost " + fixed(best.result.cost_final, 2) +
+                                " is far above that of the frames before, " + fixed(median(costs_), 2));
+    }
+}
+
+void Tracker::remember(const Attempt& best, const TrackFrame& found) {
+    last_frame_ = found.frame;
+    failures_ = best.believed() ? 0 : failures_ + 1;
+    if (found.status == TrackStatus::lost) return;
+    if (!content_ && best.result.ok) content_ = best.result.content;
+    if (best.jumped) {
+        known_.clear();  // across a jump there is no velocity
+    } else if (last_tracked_) {
+        push(jumps_mm_, best.jump_mm);
+    }
+    push(costs_, best.result.cost_final);
+    known_.push_back({found.frame / options_.frame_step, found.world_from_ct});
+    if (known_.size() > kFewest) known_.erase(known_.begin());
+    last_tracked_ = found.frame;
+}
+
+TrackFrame Tracker::feed(int frame, std::span<const View> views, const ProgressCallback& progress) {
+    check_number(frame);
+    const auto begin = std::chrono::steady_clock::now();
+    TrackFrame found{.frame = frame, .predicted_world_from_ct = predicted(frame)};
+    Attempt best = attempt(first_options(), found, views, progress);
+    if (best.has_result) found.searched = best.result.search.mode;
+    if (!best.believed()) search_wider(best, found, views, progress);
+    judge(best, found);
+    remember(best, found);
+    found.time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return found;
+}
+
+TrackFrame Tracker::skip(int frame, const std::string& reason) {
+    check_number(frame);
+    last_frame_ = frame;
+    const RigidTransform expected = predicted(frame);
+    return {.frame = frame,
+            .status = TrackStatus::missing,
+            .world_from_ct = expected,
+            .predicted_world_from_ct = expected,
+            .reasons = {reason}};
+}
+
+}  // namespace raylign

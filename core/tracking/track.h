@@ -1,0 +1,103 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/tracking/extrapolation.h"
+#include "core/registration/registration.h"
+#include "core/registration/object/resident_volume.h"
+
+namespace raylign {
+
+struct TrackOptions {
+    /// The first frame is registered by these as they stand; later ones without a search, as the content that the first
+    /// was found to be.
+    RegistrationOptions registration;
+    /// The widest search that may recover a frame: none, near (20 mm and 30 degrees, then 40 mm and 60 degrees around
+    /// the prediction) or global; automatic = global. Needs an engine with derivatives, as all searches do.
+    Search recovery = Search::automatic;
+    double max_jump_mm = 0;  ///< largest believable distance from the prediction, at the rim; 0 = by itself (Tracker)
+    double frame_step = 1;   ///< numbers between two frames that follow each other; positive
+
+    /// What is wrong with them; "" = nothing.
+    [[nodiscard]] std::string problem() const;
+};
+
+enum class TrackStatus {
+    ok,        ///< by the verdict, and in keeping with the frames before
+    doubtful,  ///< a pose with reasons to look at it; the track goes on from it
+    lost,      ///< no believable pose; the track goes on from the frames before
+    missing,   ///< no images: no pose
+};
+[[nodiscard]] std::string_view status_name(TrackStatus status);  ///< "ok", "doubtful", "lost", "missing"
+
+/// One frame of one object.
+struct TrackFrame {
+    int frame = 0;  ///< its number
+    TrackStatus status = TrackStatus::missing;
+    RigidTransform world_from_ct;            ///< lost: the best that was found; missing: the prediction
+    RigidTransform predicted_world_from_ct;  ///< where it was sought first
+    double jump_mm = 0;                      ///< from the prediction, at the object's rim
+    double cost = 0;
+    std::vector<double> view_costs;
+    double expected_error_mm = 0;      ///< Confidence::rim_mm; 0 = not estimated
+    Search searched = Search::none;    ///< the widest search that ran for it
+    bool recovered = false;            ///< the pose is a search's, not the extrapolated start's
+    std::vector<std::string> reasons;  ///< why not ok, in words for people
+    double time_s = 0;
+};
+
+/// Follows one object through frames that come one at a time, in order.
+///
+/// Each frame starts from extrapolate() of the last tracked ones and is registered without a search. It is not believed
+/// where the verdict says no, where it lies farther from the prediction than max_jump_mm (by itself: 20 mm at the rim
+/// until three jumps and a velocity are known, then 3 mm + 4 x the median of the last 15; for every frame missed once
+/// more, up to three times), or where its cost exceeds the median m of the last 15 by more than 0.03 + 0.25 m. Then
+/// wider searches around the prediction are tried, near to global, until one is believed; a jump that a search confirms
+/// is believed. After three frames that no search has helped, searches run for every tenth such frame only.
+class Tracker {
+public:
+    /// `volume` and `backend` are borrowed for the tracker's life. Throws Error for bad options and volumes.
+    Tracker(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
+            Backend& backend);
+
+    /// The next frame; every view needs an image. Throws Error for frame numbers that do not grow, bad views, and where
+    /// options.registration.cancelled says so; the tracker then is as before.
+    TrackFrame feed(int frame, std::span<const View> views, const ProgressCallback& progress = {});
+
+    /// The next frame has no images; `reason` says why.
+    TrackFrame skip(int frame, const std::string& reason);
+
+    [[nodiscard]] RigidTransform predicted(int frame) const;
+    [[nodiscard]] const ObjectExtent& extent() const { return resident_.extent(); }
+    [[nodiscard]] ResidentVolume& resident() { return resident_; }
+
+private:
+    struct Attempt;
+
+    void check_number(int frame) const;
+    [[nodiscard]] double jump_limit_mm(int frame) const;
+    [[nodiscard]] double cost_limit() const;
+    [[nodiscard]] Attempt attempt(const RegistrationOptions& options, const TrackFrame& so_far,
+                                  std::span<const View> views, const ProgressCallback& progress);
+    [[nodiscard]] std::vector<RegistrationOptions> wider(const RegistrationOptions& first) const;
+    [[nodiscard]] RegistrationOptions first_options() const;
+    void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const ProgressCallback& progress);
+    void judge(const Attempt& best, TrackFrame& found) const;
+    void remember(const Attempt& best, const TrackFrame& found);
+
+    ResidentVolume resident_;
+    RigidTransform start_world_from_ct_;
+    TrackOptions options_;
+    ObjectExtent extent_;
+    std::vector<TimedPose> known_;          ///< tracked frames since the last jump, the last few
+    std::vector<double> jumps_mm_, costs_;  ///< of the last tracked frames
+    std::optional<Content> content_;
+    std::optional<int> last_frame_, last_tracked_;
+    int failures_ = 0;  ///< frames in a row that no search has helped
+};
+
+}  // namespace raylign

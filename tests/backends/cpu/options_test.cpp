@@ -1,0 +1,90 @@
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+
+#include "core/base/error.h"
+#include "cpu_scenes.h"
+
+namespace raylign::test {
+namespace {
+
+std::string message_of(const CpuOptions& options) {
+    try {
+        (void)make_cpu_backend(options);
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::input);
+        return error.what();
+    }
+    return "no error";
+}
+
+/// Sets RAYLIGN_INSTRUCTION_SET for the length of a test.
+class Environment {
+public:
+    explicit Environment(const std::string& value) { setenv("RAYLIGN_INSTRUCTION_SET", value.c_str(), 1); }
+    ~Environment() { unsetenv("RAYLIGN_INSTRUCTION_SET"); }
+};
+
+TEST(CpuOptions, EveryAvailableInstructionSetRunsWhenAskedFor) {
+    for (const InstructionSetStatus& set : cpu_instruction_sets()) {
+        if (set.available) {
+            EXPECT_EQ(make_cpu_backend({.threads = 1, .instruction_set = set.name})->info().instruction_set, set.name);
+        } else {
+            try {
+                (void)make_cpu_backend({.threads = 1, .instruction_set = set.name});
+                ADD_FAILURE() << set.name << " ran on a processor without it";
+            } catch (const Error& error) {
+                EXPECT_EQ(error.kind(), ErrorKind::unavailable);
+            }
+        }
+    }
+}
+
+TEST(CpuOptions, TheBestAvailableInstructionSetIsTheDefault) {
+    unsetenv("RAYLIGN_INSTRUCTION_SET");
+    EXPECT_EQ(make_cpu_backend({})->info().instruction_set, available_sets().front());
+}
+
+TEST(CpuOptions, TheEnvironmentChoosesUnlessTheOptionDoes) {
+    const std::string last = available_sets().back(), first = available_sets().front();
+    const Environment environment(last);
+    EXPECT_EQ(make_cpu_backend({})->info().instruction_set, last);
+    EXPECT_EQ(make_cpu_backend({.threads = 0, .instruction_set = first})->info().instruction_set, first);
+}
+
+TEST(CpuOptions, AnUnknownInstructionSetIsAnErrorThatListsTheValidOnes) {
+    for (const InstructionSetStatus& set : cpu_instruction_sets()) {
+        EXPECT_THAT(message_of({.threads = 0, .instruction_set = "avx3"}), testing::HasSubstr(set.name));
+    }
+    const Environment environment("mmx");
+    EXPECT_THAT(message_of({}),
+                testing::AllOf(testing::HasSubstr("mmx"), testing::HasSubstr("RAYLIGN_INSTRUCTION_SET")));
+}
+
+TEST(CpuOptions, ThreadsMustBeInRange) {
+    EXPECT_THAT(message_of({.threads = -1, .instruction_set = ""}), testing::HasSubstr("[0, 1024]"));
+    EXPECT_THAT(message_of({.threads = 1025, .instruction_set = ""}), testing::HasSubstr("1025"));
+    EXPECT_EQ(make_cpu_backend({.threads = 7, .instruction_set = ""})->info().threads, 7);
+    EXPECT_GE(make_cpu_backend({})->info().threads, 1);
+}
+
+TEST(CpuOptions, AnUnknownStorageIsAnError) {
+    CpuOptions options;
+    options.storage = "float16";
+    EXPECT_THAT(message_of(options),
+                testing::AllOf(testing::HasSubstr("float16"), testing::HasSubstr("auto, float32 or int16")));
+}
+
+TEST(CpuOptions, VolumeBytesCountTheLayoutsInUse) {
+    NamedScene named{"memory", random_volume({32, 32, 32}, {1, 1, 1}, 1), {view_along(rotation(0, 0, 0), {20, 20}, 2)}};
+    auto session = make_cpu_backend({})->prepare(named.scene(Projector::joseph));
+    const std::size_t one = session->volume_bytes();
+    EXPECT_GE(one, 32U * 32 * 32 * sizeof(float));
+    (void)session->render({}, 0);
+    EXPECT_EQ(session->volume_bytes(), one);  // the first view's axis is there from the start
+    (void)session->render({rotation(90, 0, 0), {0, 0, 0}}, 0);
+    EXPECT_GT(session->volume_bytes(), one);
+}
+
+}  // namespace
+}  // namespace raylign::test

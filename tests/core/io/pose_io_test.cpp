@@ -1,0 +1,146 @@
+#include "raylign/io/pose.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "io_files.h"
+
+namespace raylign {
+namespace {
+
+using test::error_of;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class PoseIo : public test::IoTest {};
+
+RigidTransform some_pose() {
+    Twist twist;
+    twist << 0.3, -1.1, 0.7, 12.345678901234567, -8.75, 1.0 / 3;
+    return exp(twist);
+}
+
+double difference(const RigidTransform& a, const RigidTransform& b) {
+    return (to_matrix(a) - to_matrix(b)).cwiseAbs().maxCoeff();
+}
+
+/// Reading makes the rotation exactly orthonormal again, which moves it by a few rounding errors.
+constexpr double kRounding = 1e-14;
+
+TEST_F(PoseIo, JsonRoundTripIsExact) {
+    write_pose(at("pose.json"), some_pose());
+    EXPECT_LT(difference(read_pose(at("pose.json")), some_pose()), kRounding);
+}
+
+TEST_F(PoseIo, TfmRoundTripKeepsFullDoublePrecision) {
+    write_pose(at("pose.tfm"), some_pose());
+    EXPECT_LT(difference(read_pose(at("pose.tfm")), some_pose()), kRounding);
+    EXPECT_THAT(test::content_of(at("pose.tfm")), AllOf(HasSubstr("#Insight Transform File V1.0\n"),
+                                                        HasSubstr("Transform: AffineTransform_double_3_3\n")));
+}
+
+TEST_F(PoseIo, TfmHoldsTheInverseOfThePose) {
+    write_pose(at("pose.tfm"), some_pose());
+    const std::string text = test::content_of(at("pose.tfm"));
+    const std::string key = "Parameters:";
+    std::istringstream numbers(text.substr(text.find(key) + key.size()));
+    Eigen::Matrix3d linear;
+    Eigen::Vector3d shift;
+    for (int i = 0; i < 9; ++i) numbers >> linear(i / 3, i % 3);
+    for (int i = 0; i < 3; ++i) numbers >> shift[i];
+    ASSERT_TRUE(numbers);
+    const RigidTransform pose = some_pose();
+    EXPECT_LT((linear - pose.rotation.transpose()).norm(), kRounding);
+    EXPECT_LT((shift + pose.rotation.transpose() * pose.translation_mm).norm(), 1e-13);
+    const Eigen::Vector3d ct(30, -40, 50);
+    EXPECT_LT((linear * (pose * ct) + shift - ct).norm(), 1e-12);
+}
+
+TEST_F(PoseIo, TfmMapsWorldPointsToCtPoints) {
+    const std::string text =
+        "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\n"
+        "Parameters: 0 -1 0 1 0 0 0 0 1 10 20 30\nFixedParameters: 0 0 0\n";
+    const RigidTransform world_from_ct = read_pose(write("pose.tfm", text));
+    EXPECT_LT((world_from_ct * Eigen::Vector3d(8, 21, 33) - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+}
+
+TEST_F(PoseIo, TfmCentreOfRotationIsHonoured) {
+    const std::string text =
+        "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\n"
+        "Parameters: 0 -1 0 1 0 0 0 0 1 0 0 0\nFixedParameters: 5 5 5\n";
+    EXPECT_LT((read_pose(write("pose.tfm", text)) * Eigen::Vector3d(5, 5, 5) - Eigen::Vector3d(5, 5, 5)).norm(), 1e-12);
+}
+
+TEST_F(PoseIo, EulerTransformsOfItkAreRead) {
+    for (const char* name : {"pose.tfm", "pose.h5"}) {
+        test::write_itk_euler(at(name), 0.5, {1, 2, 3}, {10, 20, 30});
+        const RigidTransform pose = read_pose(at(name));
+        // x -> R (x - c) + c + t
+        const Eigen::Vector3d expected(1 + 10 + 4 * std::cos(0.5), 2 + 20 + 4 * std::sin(0.5), 3 + 30 + 7);
+        EXPECT_LT((pose * expected - Eigen::Vector3d(5, 2, 10)).norm(), 1e-12) << name;
+    }
+}
+
+TEST_F(PoseIo, TwoTransformsInOneFileAreRefused) {
+    test::write_itk_pair(at("pose.tfm"));
+    EXPECT_THAT(error_of([&] { (void)read_pose(at("pose.tfm")); }), HasSubstr("number of transforms = 2"));
+}
+
+TEST_F(PoseIo, ScaledAndMirroredTransformsAreRefused) {
+    const std::string head =
+        "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: ";
+    EXPECT_THAT(
+        error_of([&] { (void)read_pose(write("a.tfm", head + "2 0 0 0 1 0 0 0 1 0 0 0\nFixedParameters: 0 0 0\n")); }),
+        AllOf(HasSubstr("a.tfm"), HasSubstr("orthonormal")));
+    EXPECT_THAT(
+        error_of([&] { (void)read_pose(write("b.tfm", head + "-1 0 0 0 1 0 0 0 1 0 0 0\nFixedParameters: 0 0 0\n")); }),
+        HasSubstr("mirrors"));
+    EXPECT_THAT(error_of([&] {
+                    (void)read_pose(write(
+                        "c.json", R"({"raylign":1,"world_from_ct":[[1,0.1,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})"));
+                }),
+                AllOf(HasSubstr("world_from_ct of "), HasSubstr("c.json"), HasSubstr("orthonormal")));
+}
+
+TEST_F(PoseIo, BadTransformFilesAreNamed) {
+    for (const auto& [name, text] :
+         {std::pair{"a.tfm", "hello"},
+          {"b.h5", "hello"},
+          {"c.tfm", "#Insight Transform File V1.0\n"},
+          {"d.tfm",
+           "#Insight Transform File V1.0\n#Transform 0\nTransform: NoSuch_double_3_3\n"
+           "Parameters: 1\nFixedParameters: 0\n"},
+          {"e.tfm",
+           "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\n"
+           "Parameters: 1 0 0\nFixedParameters: 0 0 0\n"},
+          {"f.txt", ""},
+          {"g.mat", "x"},
+          {"h.json", "{}"}}) {
+        const auto path = write(name, text);
+        EXPECT_THAT(error_of([&] { (void)read_pose(path); }), HasSubstr(path.string()));
+    }
+    EXPECT_THAT(error_of([&] { (void)read_pose(at("none.json")); }), HasSubstr("does not exist"));
+}
+
+TEST_F(PoseIo, BadJsonPosesNameTheKey) {
+    const auto error = [&](const std::string& text) {
+        return error_of([&] { (void)read_pose(write("p.json", text)); });
+    };
+    EXPECT_THAT(error(R"({"raylign":1,"world_from_cd":[]})"),
+                AllOf(HasSubstr("world_from_cd"), HasSubstr("did you mean \"world_from_ct\"")));
+    EXPECT_THAT(error(R"({"raylign":2,"world_from_ct":[]})"), AllOf(HasSubstr("raylign = 2"), HasSubstr("must be 1")));
+    EXPECT_THAT(error(R"({"raylign":1,"world_from_ct":[[1,0,0,0],[0,1,0,0],[0,0,1]]})"),
+                HasSubstr("4 rows of 4 numbers"));
+    EXPECT_THAT(error(R"({"raylign":1,"world_from_ct":[[1,0,0,0],[0,1,0,"x"],[0,0,1,0],[0,0,0,1]]})"),
+                AllOf(HasSubstr("world_from_ct[1][3] = \"x\""), HasSubstr("a number")));
+    EXPECT_THAT(error(R"({"raylign":1,"raylign":1})"), HasSubstr("given twice"));
+}
+
+TEST_F(PoseIo, OtherExtensionsAreRefusedOnWriting) {
+    EXPECT_THAT(error_of([&] { write_pose(at("pose.xml"), some_pose()); }),
+                AllOf(HasSubstr(".xml"), HasSubstr(".tfm")));
+}
+
+}  // namespace
+}  // namespace raylign

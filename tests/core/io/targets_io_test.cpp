@@ -1,0 +1,62 @@
+#include <gmock/gmock.h>
+
+#include "raylign/io/pose.h"
+#include "io_files.h"
+
+namespace raylign {
+namespace {
+
+using test::error_of;
+using testing::AllOf;
+using testing::HasSubstr;
+using Points = std::vector<Eigen::Vector3d>;
+
+class TargetsIo : public test::IoTest {
+protected:
+    std::string error_reading(const std::string& name, const std::string& text) {
+        return error_of([&] { (void)read_targets(write(name, text)); });
+    }
+};
+
+const Points kTwo = {{1.5, -2, 3}, {4, 5, -6.25}};
+
+TEST_F(TargetsIo, JsonIsRead) {
+    EXPECT_EQ(read_targets(write("t.json", R"({"targets_ct_mm": [[1.5, -2, 3], [4, 5, -6.25]]})")), kTwo);
+}
+TEST_F(TargetsIo, CsvIsReadWithHeadingCommentsAndWindowsLineEnds) {
+    EXPECT_EQ(read_targets(write("t.csv", "x,y,z\r\n# two\r\n1.5, -2, 3\r\n\r\n4,5,-6.25\r\n")), kTwo);
+    EXPECT_EQ(read_targets(write("u.csv", "1.5,-2,3\n4,5,-6.25")), kTwo);
+}
+
+const std::string kColumns = "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n";
+const std::string kRowsInRas = "1,-1.5,2,3,0,0,0,1,1,1,0,\"F-1, left\",,\n2,-4,-5,-6.25,0,0,0,1,1,1,0,F-2,,\n";
+const std::string kRowsInLps = "1,1.5,-2,3,0,0,0,1,1,1,0,F-1,,\n2,4,5,-6.25,0,0,0,1,1,1,0,F-2,,\n";
+
+TEST_F(TargetsIo, FcsvInRasIsTurnedToLps) {
+    for (const std::string system : {"# CoordinateSystem = 0\n", "# CoordinateSystem = RAS\n", ""}) {
+        EXPECT_EQ(
+            read_targets(write("t.fcsv", "# Markups fiducial file version = 4.10\n" + system + kColumns + kRowsInRas)),
+            kTwo);
+    }
+}
+TEST_F(TargetsIo, FcsvInLpsStaysAsItIs) {
+    for (const std::string system : {"# CoordinateSystem = 1\n", "# CoordinateSystem = LPS\n"}) {
+        EXPECT_EQ(read_targets(write("t.fcsv", system + kColumns + kRowsInLps)), kTwo);
+    }
+}
+
+TEST_F(TargetsIo, BadFilesNameTheLineOrKey) {
+    EXPECT_THAT(error_reading("a.csv", "1,2,3\n1,2\n"), AllOf(HasSubstr("a.csv, line 2"), HasSubstr("1,2")));
+    EXPECT_THAT(error_reading("b.csv", "1,2,3\n1,two,3\n"), AllOf(HasSubstr("line 2"), HasSubstr("y = two")));
+    EXPECT_THAT(error_reading("c.csv", "1,2,nan\n"), HasSubstr("finite"));
+    EXPECT_THAT(error_reading("d.csv", "x,y,z\n"), HasSubstr("no targets"));
+    EXPECT_THAT(error_reading("e.csv", ""), HasSubstr("empty"));
+    EXPECT_THAT(error_reading("f.fcsv", "# CoordinateSystem = IJK\n1,2,3,4\n"), HasSubstr("IJK"));
+    EXPECT_THAT(error_reading("g.json", R"({"targets_ct_mm": [[1,2,3],[1,2]]})"), HasSubstr("targets_ct_mm[1]"));
+    EXPECT_THAT(error_reading("h.json", R"({"targets_ct_mm": []})"), HasSubstr("no targets"));
+    EXPECT_THAT(error_reading("i.json", R"({"target": []})"), HasSubstr("did you mean \"targets_ct_mm\""));
+    EXPECT_THAT(error_reading("j.txt", "1,2,3"), HasSubstr(".fcsv"));
+}
+
+}  // namespace
+}  // namespace raylign

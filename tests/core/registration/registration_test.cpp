@@ -1,0 +1,196 @@
+#include "core/registration/registration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "raylign/engines.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "raylign/targets.h"
+#include "tests/support/scenes.h"
+
+namespace raylign {
+namespace {
+
+/// Small enough for the reference engine: 32^3 voxels of 5 mm, two 48 x 48 views with exact X-rays of the phantom.
+struct SmallCase {
+    Volume volume = test::spine_volume(32);
+    RigidTransform truth = test::oblique_pose();
+    std::vector<View> views = test::with_exact_images(test::biplane_views(48), spine_phantom({160, 160, 160}), truth);
+    std::vector<Eigen::Vector3d> targets = default_targets_ct_mm(volume);
+    BackendChoice choice = create_backend("reference");
+
+    RegistrationResult run(const RigidTransform& start, const RegistrationOptions& options = {},
+                           const ProgressCallback& progress = {}) {
+        return register_volume(volume, views, start, options, *choice.backend, progress);
+    }
+    [[nodiscard]] double mtre_mm(const RigidTransform& pose) const {
+        return mean_target_error_mm(pose, truth, targets);
+    }
+};
+
+std::string error_of(const std::function<void()>& act) {
+    try {
+        act();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+TEST(Registration, RecoversAKnownPoseBelowHalfAVoxel) {
+    SmallCase c;
+    const RegistrationResult result = c.run(perturbed_start(c.truth, c.targets, 8, 1));
+    EXPECT_TRUE(result.ok) << (result.reasons.empty() ? "" : result.reasons.front());
+    EXPECT_LT(c.mtre_mm(result.world_from_ct), 2.5);
+    EXPECT_LT(result.cost_final, result.cost_initial);
+}
+
+TEST(Registration, BothMethodsEndAtTheSamePose) {
+    SmallCase c;
+    const RigidTransform start = perturbed_start(c.truth, c.targets, 8, 1);
+    const RegistrationResult descent = c.run(start, {.method = Method::steepest_descent});
+    const RegistrationResult newton = c.run(start, {.method = Method::gauss_newton});
+    EXPECT_EQ(descent.method, Method::steepest_descent);
+    EXPECT_EQ(newton.method, Method::gauss_newton);
+    EXPECT_TRUE(newton.ok);
+    EXPECT_LT(newton.counters.linearizations, 40u);
+    EXPECT_GT(newton.counters.linearizations, 2u);
+    EXPECT_LT(mean_target_error_mm(newton.world_from_ct, descent.world_from_ct, c.targets), 0.25)
+        << "a twentieth of a voxel: the cost is flat to 1e-7 there, and interpolation has kinks";
+    EXPECT_LE(newton.cost_final, descent.cost_final + 1e-7);
+}
+
+TEST(Registration, TheSameInputGivesTheSameBits) {
+    SmallCase c;
+    const RigidTransform start = perturbed_start(c.truth, c.targets, 8, 2);
+    const RegistrationResult a = c.run(start), b = c.run(start);
+    EXPECT_EQ(to_matrix(a.world_from_ct), to_matrix(b.world_from_ct));
+    EXPECT_EQ(a.cost_final, b.cost_final);
+    EXPECT_EQ(a.counters.evaluations, b.counters.evaluations);
+}
+
+TEST(Registration, ReportsEveryLevelAndStep) {
+    SmallCase c;
+    c.views = test::with_exact_images(test::biplane_views(64), spine_phantom({160, 160, 160}), c.truth);
+    int calls = 0;
+    double last_fraction = 0;
+    const RegistrationResult result = c.run(perturbed_start(c.truth, c.targets, 6, 3), {.max_iterations_per_level = 5},
+                                            [&](const RegistrationProgress& p) {
+                                                ++calls;
+                                                EXPECT_EQ(p.levels, 2);
+                                                EXPECT_GE(p.fraction, last_fraction);
+                                                EXPECT_LE(p.fraction, 1);
+                                                last_fraction = p.fraction;
+                                                return true;
+                                            });
+    ASSERT_EQ(result.levels.size(), 2u);
+    EXPECT_EQ(result.levels[0].image_sizes_px[0], Eigen::Vector2i(32, 32));
+    EXPECT_EQ(result.levels[1].image_sizes_px[0], Eigen::Vector2i(64, 64));
+    EXPECT_EQ(calls, result.iterations);
+    EXPECT_EQ(result.history.size(), static_cast<std::size_t>(result.iterations));
+    std::uint64_t evaluations = 0;
+    for (const LevelReport& level : result.levels) evaluations += level.evaluations;
+    EXPECT_EQ(evaluations, result.counters.evaluations);
+    EXPECT_EQ(result.view_costs.size(), 2u);
+}
+
+TEST(Registration, StopsAtTheCallersWish) {
+    SmallCase c;
+    try {
+        (void)c.run(perturbed_start(c.truth, c.targets, 8, 4), {}, [](const RegistrationProgress&) { return false; });
+        FAIL() << "must throw";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::cancelled);
+    }
+}
+
+TEST(Registration, TooFewIterationsAreDoubtfulWithAReason) {
+    SmallCase c;
+    const RegistrationResult result = c.run(perturbed_start(c.truth, c.targets, 8, 5), {.max_iterations_per_level = 1});
+    EXPECT_FALSE(result.ok);
+    ASSERT_FALSE(result.reasons.empty());
+    EXPECT_NE(result.reasons.front().find("max-iterations"), std::string::npos);
+}
+
+TEST(Registration, StopsBeforeTheNextBatchWhenCancelled) {
+    SmallCase c;
+    int asked = 0;
+    RegistrationOptions options;
+    options.cancelled = [&] { return ++asked == 3; };
+    try {
+        (void)c.run(perturbed_start(c.truth, c.targets, 8, 4), options);
+        FAIL() << "must throw";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::cancelled);
+    }
+    EXPECT_EQ(asked, 3);
+}
+
+TEST(Registration, AFarResultIsDoubtful) {
+    SmallCase c;
+    // 50 degrees off about the long axis of the spine: wherever this ends, it is no result to trust.
+    Twist turn = Twist::Zero();
+    turn[2] = 0.9;
+    const RegistrationResult result = c.run(exp(turn) * c.truth);
+    const double end_mm = c.mtre_mm(result.world_from_ct);
+    EXPECT_TRUE(!result.ok || end_mm < 2.5) << "a confident wrong pose, " << end_mm << " mm away";
+}
+
+TEST(Registration, UnrelatedImagesAreDoubtful) {
+    SmallCase c;
+    Random random(5);
+    for (View& view : c.views) {
+        for (float& pixel : view.image.pixels) pixel = static_cast<float>(random.uniform());
+    }
+    const RegistrationResult result =
+        c.run(c.truth, {.search = {.mode = Search::none}});  // the reference engine is slow
+    EXPECT_FALSE(result.ok);
+    ASSERT_FALSE(result.reasons.empty());
+    EXPECT_NE(result.reasons.front().find("correlates weakly"), std::string::npos) << result.reasons.front();
+}
+
+TEST(Registration, AStartThatMissesTheDetectorIsAnErrorNamingTheView) {
+    SmallCase c;
+    const std::string message = error_of([&] { (void)c.run(RigidTransform::translate({0, 0, 900})); });
+    EXPECT_NE(message.find("misses the detector of view AP"), std::string::npos) << message;
+}
+
+TEST(Registration, BadInputIsRefusedWithWhatAndWhere) {
+    SmallCase c;
+    const RigidTransform start = c.truth;
+    RigidTransform nan_pose;
+    nan_pose.translation_mm.x() = std::nan("");
+    EXPECT_NE(error_of([&] { (void)c.run(nan_pose); }).find("start pose"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)c.run(start, {.levels = 9}); }).find("levels = 9"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)c.run(start, {.max_iterations_per_level = 0}); }).find("max_iterations"),
+              std::string::npos);
+
+    SmallCase constant;
+    constant.views[1].image.pixels.assign(constant.views[1].image.pixels.size(), 0.5F);
+    EXPECT_NE(error_of([&] { (void)constant.run(start); }).find("view LAT: the image is constant"), std::string::npos);
+
+    SmallCase no_image;
+    no_image.views[0].image = {};
+    EXPECT_NE(error_of([&] { (void)no_image.run(start); }).find("image"), std::string::npos);
+
+    SmallCase wrong_size;
+    wrong_size.views[0].image = Image(47, 48, 1);
+    EXPECT_NE(error_of([&] { (void)wrong_size.run(start); }).find("47 x 48"), std::string::npos);
+
+    SmallCase masked;
+    masked.views[0].weights = Image(48, 48, 0);
+    EXPECT_NE(error_of([&] { (void)masked.run(start); }).find("usable pixels"), std::string::npos);
+
+    SmallCase nan_voxel;
+    nan_voxel.volume.attenuation_per_mm[nan_voxel.volume.index(3, 2, 1)] = std::nanf("");
+    EXPECT_NE(error_of([&] { (void)nan_voxel.run(start); }).find("voxel (3, 2, 1)"), std::string::npos);
+
+    SmallCase no_views;
+    no_views.views.clear();
+    EXPECT_NE(error_of([&] { (void)no_views.run(start); }).find("views"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace raylign
