@@ -14,8 +14,6 @@ int exit_code(ErrorKind kind) {
     switch (kind) {
         case ErrorKind::unavailable:
             return 3;
-        case ErrorKind::cancelled:
-            return 130;
         case ErrorKind::input:
             break;
     }
@@ -29,7 +27,7 @@ std::string usage_problem(const CLI::App& app, const std::string& found, int arg
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
         valid += (valid.empty() ? "" : ", ") + command->get_name();
     }
-    return raylign::bad_value("command", argv[1], "one of " + valid).what();
+    return raylign::detail::bad_value("command", argv[1], "one of " + valid).what();
 }
 
 int complain(const CLI::App& app, const std::string& message, int code) {
@@ -41,22 +39,22 @@ int complain(const CLI::App& app, const std::string& message, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    raylign::apps::catch_interrupts();
+    raylign::detail::apps::catch_interrupts();
     CLI::App app;
     try {
-        raylign::apps::Job job;
-        raylign::apps::set_up_program(app);
-        raylign::apps::add_register_command(app, job);
-        raylign::apps::add_track_command(app, job);
-        raylign::apps::add_drr_command(app, job);
-        raylign::apps::add_study_command(app, job);
-        raylign::apps::add_compare_command(app, job);
-        raylign::apps::add_bench_command(app, job);
-        raylign::apps::add_phantom_command(app, job);
-        raylign::apps::add_geometry_command(app, job);
-        raylign::apps::add_info_command(app, job);
+        raylign::detail::apps::Job job;
+        raylign::detail::apps::set_up_program(app);
+        raylign::detail::apps::add_register_command(app, job);
+        raylign::detail::apps::add_track_command(app, job);
+        raylign::detail::apps::add_drr_command(app, job);
+        raylign::detail::apps::add_study_command(app, job);
+        raylign::detail::apps::add_compare_command(app, job);
+        raylign::detail::apps::add_bench_command(app, job);
+        raylign::detail::apps::add_phantom_command(app, job);
+        raylign::detail::apps::add_geometry_command(app, job);
+        raylign::detail::apps::add_info_command(app, job);
         app.parse(argc, argv);
-        const int code = job({raylign::apps::quote_for_shell({argv, argv + argc})});
+        const int code = job({raylign::detail::apps::quote_for_shell({argv, argv + argc})});
         if (!std::cout.flush()) throw raylign::Error("cannot write to standard output: is the disk full?");
         return code;
     } catch (const CLI::Success& help_or_version) {
@@ -65,6 +63,8 @@ int main(int argc, char** argv) {
         return complain(app, usage_problem(app, error.what(), argc, argv), 2);
     } catch (const raylign::Error& error) {
         return complain(app, error.what(), exit_code(error.kind()));
+    } catch (const raylign::detail::apps::Interrupted& interrupted) {
+        return complain(app, interrupted.what(), 130);
     } catch (const std::bad_alloc&) {
         return complain(app, "not enough memory for this volume and these images", 2);
     } catch (const std::exception& error) {

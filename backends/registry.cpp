@@ -1,4 +1,4 @@
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 
 #include <algorithm>
 #include <functional>
@@ -13,6 +13,7 @@
 #endif
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 enum class Asked { by_name, automatically };
@@ -23,8 +24,7 @@ struct Entry {
     bool automatic;  ///< may "auto" take it?
     std::function<std::unique_ptr<Backend>(const BackendOptions&, Asked)>
         create;  ///< throws Error(unavailable) where it cannot run
-    std::vector<InstructionSet> instruction_sets = {};
-    std::vector<std::string> storages = {"float32"};  ///< the first: the default
+    std::vector<InstructionSetStatus> instruction_sets = {};
     std::function<std::vector<DeviceStatus>()> devices = {};
 };
 
@@ -39,64 +39,36 @@ std::vector<DeviceStatus> gl_device_statuses() {
     return list;
 }
 
-GlOptions gl_options(const BackendOptions& options, Asked asked) {
-    GlOptions gl{.device = options.device, .software_allowed = asked == Asked::by_name, .crop = options.crop};
-    if (!options.storage.empty() && options.storage != "auto") gl.storage = options.storage;
-    if (!options.interpolation.empty()) gl.interpolation = options.interpolation;
-    return gl;
-}
+Software software_for(Asked asked) { return asked == Asked::by_name ? Software::allowed : Software::refused; }
 #endif
 
 /// Best first.
 std::vector<Entry> entries() {
     std::vector<Entry> list;
 #ifdef RAYLIGN_WITH_GL
-    list.push_back(
-        {"gl",
-         "OpenGL compute shaders, headless",
-         true,
-         [](const BackendOptions& options, Asked asked) { return make_gl_backend(gl_options(options, asked)); },
-         {},
-         {"auto", "float32", "int16"},
-         gl_device_statuses});
-#endif
-#ifdef RAYLIGN_WITH_CPU
-    std::vector<InstructionSet> sets;
-    for (const InstructionSetStatus& set : cpu_instruction_sets()) sets.push_back({set.name, set.available});
-    list.push_back({"cpu",
-                    "multithreaded SIMD ray casting (TBB + xsimd)",
+    list.push_back({"gl",
+                    "OpenGL compute shaders, headless",
                     true,
-                    [](const BackendOptions& options, Asked) {
-                        const std::string storage = options.storage.empty() ? "auto" : options.storage;
-                        return make_cpu_backend({options.threads, options.instruction_set, storage});
-                    },
-                    sets,
-                    {"auto", "float32", "int16"}});
-#endif
-#ifdef RAYLIGN_WITH_GL
-    list.push_back({"gl-2006",
-                    "the 2006 paper's pipeline in fragment shaders, for comparison",
-                    false,
                     [](const BackendOptions& options, Asked asked) {
-                        PaperBaselines baselines{.slices = options.slices};
-                        if (!options.reduction.empty()) baselines.reduction = options.reduction;
-                        if (!options.readback.empty()) baselines.readback = options.readback;
-                        return make_gl_2006_backend(gl_options(options, asked), baselines);
+                        return make_gl_backend(options.gl, software_for(asked));
                     },
                     {},
-                    {"auto", "float32", "int16"}});
+                    gl_device_statuses});
+#endif
+#ifdef RAYLIGN_WITH_CPU
+    list.push_back({"cpu", "multithreaded SIMD ray casting (TBB + xsimd)", true,
+                    [](const BackendOptions& options, Asked) { return make_cpu_backend(options.cpu); },
+                    cpu_instruction_sets()});
+#endif
+#ifdef RAYLIGN_WITH_GL
+    list.push_back({"gl-2006", "the 2006 paper's pipeline in fragment shaders, for comparison", false,
+                    [](const BackendOptions& options, Asked asked) {
+                        return make_gl_2006_backend(options.gl_2006, software_for(asked));
+                    }});
 #endif
     list.push_back({"reference", "scalar, double, one thread: the oracle", false,
                     [](const BackendOptions&, Asked) { return make_reference_backend(); }});
     return list;
-}
-
-/// Why the backend cannot keep voxels as asked; empty if it can.
-std::string storage_problem(const Entry& entry, const std::string& storage) {
-    if (storage.empty() || std::ranges::find(entry.storages, storage) != entry.storages.end()) return {};
-    std::string allowed;
-    for (const std::string& name : entry.storages) allowed += (allowed.empty() ? "" : " or ") + name;
-    return bad_value("storage", storage, allowed, "the options of backend " + entry.name).what();
 }
 
 }  // namespace
@@ -131,14 +103,9 @@ BackendChoice create_backend(std::string_view name, const BackendOptions& option
     std::string valid = "auto";
     for (const Entry& entry : entries()) {
         valid += ", " + entry.name;
-        const std::string problem = storage_problem(entry, options.storage);
-        if (name == entry.name) {
-            if (!problem.empty()) throw Error(problem);
-            return {entry.create(options, Asked::by_name), {}};
-        }
+        if (name == entry.name) return {entry.create(options, Asked::by_name), {}};
         if (name != "auto" || !entry.automatic) continue;
         try {
-            if (!problem.empty()) throw Error(problem, ErrorKind::unavailable);
             choice.backend = entry.create(options, Asked::automatically);
             return choice;
         } catch (const Error& error) {

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/random.h"
 #include "tests/support/scenes.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 
 /// The spine phantom in n^3 voxels and its two X-rays in side_px^2 pixels, at an oblique pose: the scene of the tests,
 /// larger.
@@ -38,4 +38,4 @@ inline std::vector<RigidTransform> poses_around(const RigidTransform& truth, int
     return poses;
 }
 
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench

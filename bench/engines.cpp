@@ -9,9 +9,9 @@
 #include "bench/bench_scene.h"
 #include "core/base/error.h"
 #include "raylign/targets.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 /// Scenes are slow to make (exact X-rays, voxelisation): each size once.
@@ -118,12 +118,12 @@ void add_backend(const std::string& name) {
 }
 
 }  // namespace
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
     for (const raylign::BackendStatus& backend : raylign::backend_statuses()) {
         if (!backend.available) continue;
-        raylign::bench::add_backend(backend.name);
+        raylign::detail::bench::add_backend(backend.name);
         benchmark::AddCustomContext(backend.name, backend.info.device + ", " + std::to_string(backend.info.threads) +
                                                       " threads, " + backend.info.instruction_set);
     }

@@ -9,7 +9,7 @@
 #include "bench/peers.h"
 #include "core/base/error.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 using ItkImage = itk::Image<float, 3>;
@@ -89,4 +89,4 @@ Peer itk_peer(const Volume& volume, int threads) {
             }};
 }
 
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench

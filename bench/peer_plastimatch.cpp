@@ -7,7 +7,7 @@
 #include "bench/peers.h"
 #include "core/base/error.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 /// `-s 10` undoes plastimatch's division of the line integral by 10.
@@ -81,4 +81,4 @@ Peer plastimatch_peer(const std::filesystem::path& volume_file, int threads) {
     return {"plastimatch exact", render};
 }
 
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench

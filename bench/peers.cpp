@@ -23,14 +23,14 @@
 #include <string>
 #include <vector>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "bench/peers.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/io/volume.h"
 #include "tests/support/scenes.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 constexpr int kOwnRepeats = 3;  // per pose and round; the first follows another program and finds cold caches
@@ -232,18 +232,18 @@ int run(const Arguments& arguments) {
 }
 
 }  // namespace
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
     const auto number = [&](int i, double fallback) { return argc > i ? std::atof(argv[i]) : fallback; };
     try {
-        const raylign::bench::Arguments arguments{.volume = argc > 1 ? argv[1] : "256",
+        const raylign::detail::bench::Arguments arguments{.volume = argc > 1 ? argv[1] : "256",
                                                   .pixels = static_cast<int>(number(2, 256)),
                                                   .threads = static_cast<int>(number(3, 2)),
                                                   .poses = static_cast<int>(number(4, 21)),
                                                   .rounds = static_cast<int>(number(6, 3)),
                                                   .spread_deg = number(5, 180)};
-        return raylign::bench::run(arguments);
+        return raylign::detail::bench::run(arguments);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_peers: %s\n", error.what());
         return error.kind() == raylign::ErrorKind::unavailable ? 3 : 2;

@@ -9,7 +9,7 @@
 #include "raylign/image.h"
 #include "raylign/volume.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 
 /// A DRR and the seconds that its rendering alone took: no loading, no conversion, no file.
 struct TimedImage {
@@ -32,4 +32,4 @@ struct Peer {
 /// Seconds: the filter's Update(). `volume` is borrowed for the peer's life and must have an identity direction.
 [[nodiscard]] Peer itk_peer(const Volume& volume, int threads);
 
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench

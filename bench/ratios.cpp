@@ -19,7 +19,7 @@
 #include "core/base/error.h"
 #include "core/image/pyramid.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 double seconds(const std::function<void()>& work) {
@@ -234,12 +234,12 @@ void run(int voxels, int pixels, int pose_count, int rounds) {
 }
 
 }  // namespace
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
-        raylign::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3));
+        raylign::detail::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3));
         return 0;
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_ratios: %s\n", error.what());

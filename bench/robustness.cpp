@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/evaluation/mismatch.h"
 #include "core/base/random.h"
@@ -28,10 +28,10 @@
 #include "raylign/targets.h"
 #include "core/image/region.h"
 #include "raylign/io/volume.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "tests/support/scenes.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 /// Photons that an empty pixel counts. Through 300 mm of chest 1 in 1000 comes out.
@@ -244,7 +244,7 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
     if (argc < 2) {
@@ -253,7 +253,7 @@ int main(int argc, char** argv) {
         return 2;
     }
     try {
-        return raylign::bench::run(argc, argv);
+        return raylign::detail::bench::run(argc, argv);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_robustness: %s\n", error.what());
         return 2;

@@ -11,7 +11,7 @@
 #include "bench/bench_scene.h"
 #include "core/base/error.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 double seconds_to_render(Session& session, const RigidTransform& pose) {
@@ -63,12 +63,12 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
 }
 
 }  // namespace
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
-        return raylign::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256),
+        return raylign::detail::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256),
                                    number(4, 256), number(5, 9));
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_speedup: %s\n", error.what());

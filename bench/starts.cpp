@@ -11,15 +11,15 @@
 #include <string>
 #include <vector>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "raylign/simulate.h"
 #include "raylign/targets.h"
 #include "raylign/io/volume.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "tests/support/scenes.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 std::vector<View> simulate(const Volume& volume, std::vector<View> views, const RigidTransform& truth, double photons) {
@@ -123,7 +123,7 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
     if (argc < 2) {
@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
         return 2;
     }
     try {
-        return raylign::bench::run(argc, argv);
+        return raylign::detail::bench::run(argc, argv);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_starts: %s\n", error.what());
         return 2;

@@ -10,15 +10,15 @@
 #include <numbers>
 #include <sstream>
 
-#include "core/start/default_start.h"
-#include "raylign/engines.h"
+#include "raylign/start.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/targets.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "tests/support/wrist.h"
 
-namespace raylign::bench {
+namespace raylign::detail::bench {
 namespace {
 
 constexpr double kCentreBound_mm = 0.5, kRotationBound_deg = 2, kRoughTurn_rad = std::numbers::pi / 4;
@@ -114,7 +114,7 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace raylign::bench
+}  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
     if (argc < 2) {
@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
         return 2;
     }
     try {
-        return raylign::bench::run(argc, argv);
+        return raylign::detail::bench::run(argc, argv);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "raylign_wrist: %s\n", error.what());
         return 2;

@@ -1,30 +1,31 @@
 #include "core/backend.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
+#include "core/geometry/camera.h"
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
-std::string text(const Eigen::Vector3d& v) {
+std::string vector_text(const Eigen::Vector3d& v) {
     return std::to_string(v.x()) + " " + std::to_string(v.y()) + " " + std::to_string(v.z());
 }
 
 void check_grid(const VoxelGrid& grid, std::string_view where) {
     if (grid.size.minCoeff() < 1) {
-        throw bad_value("volume size", text(grid.size.cast<double>()), "at least 1 voxel per axis", where);
+        throw bad_value("volume size", vector_text(grid.size.cast<double>()), "at least 1 voxel per axis", where);
     }
     if (!grid.spacing_mm.allFinite() || grid.spacing_mm.minCoeff() <= 0) {
-        throw bad_value("volume spacing", text(grid.spacing_mm) + " mm", "positive and finite", where);
+        throw bad_value("volume spacing", vector_text(grid.spacing_mm) + " mm", "positive and finite", where);
     }
-    if (!grid.origin_mm.allFinite()) throw bad_value("volume origin", text(grid.origin_mm), "finite", where);
+    if (!grid.origin_mm.allFinite()) throw bad_value("volume origin", vector_text(grid.origin_mm), "finite", where);
     const Eigen::Matrix3d product = grid.direction.transpose() * grid.direction;
     if (!((product - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-4)) {
-        throw bad_value("volume direction", text(product.diagonal()) + " (squared column lengths)",
+        throw bad_value("volume direction", vector_text(product.diagonal()) + " (squared column lengths)",
                         "orthonormal columns within 1e-4", where);
     }
 }
@@ -56,7 +57,7 @@ constexpr double kFarthestSource_voxels = 1e9;
 void check_source(const RayFrame& frame) {
     const double farthest = frame.source_voxel.cwiseAbs().maxCoeff();
     if (frame.source_voxel.allFinite() && farthest <= kFarthestSource_voxels) return;
-    throw bad_value("distance between source and volume", text(frame.source_voxel) + " voxels", "below 1e9 voxels",
+    throw bad_value("distance between source and volume", vector_text(frame.source_voxel) + " voxels", "below 1e9 voxels",
                     "pose " + std::to_string(frame.pose) + ", view " + std::to_string(frame.view));
 }
 
@@ -83,11 +84,11 @@ Projector projector_from_name(std::string_view name) {
     throw bad_value("projector", name, "joseph or trilinear");
 }
 
-double trilinear_step_mm(const RenderSettings& settings, const VoxelGrid& grid) {
-    return settings.step_mm > 0 ? settings.step_mm : grid.spacing_mm.minCoeff() / 2;
+double detail::trilinear_step_mm(const RenderSettings& settings, const VoxelGrid& grid) {
+    return settings.step_mm.value_or(grid.spacing_mm.minCoeff() / 2);
 }
 
-void check_volume(const Volume& volume, std::string_view where) {
+void detail::check_volume(const Volume& volume, std::string_view where) {
     check_grid(volume.grid, where);
     const std::size_t voxels = volume.attenuation_per_mm.size();
     const double expected = volume.grid.size.cast<double>().prod();  // integers could wrap around
@@ -108,7 +109,7 @@ void check_volume(const Volume& volume, std::string_view where) {
     }
 }
 
-void check_views(std::span<const View> views) {
+void detail::check_views(std::span<const View> views) {
     if (views.empty()) throw Error("views: at least one is needed");
     for (const View& view : views) {
         check_camera(view.geometry.camera, "view " + view.name);
@@ -117,35 +118,36 @@ void check_views(std::span<const View> views) {
     }
 }
 
-double finest_step_mm(const VoxelGrid& grid) { return grid.spacing_mm.minCoeff() / 100; }
+double detail::finest_step_mm(const VoxelGrid& grid) { return grid.spacing_mm.minCoeff() / 100; }
 
-void check_render(const RenderSettings& render, const VoxelGrid& grid) {
-    if (!(render.step_mm >= 0 && render.step_mm <= 100)) {
-        throw bad_value("step_mm", std::to_string(render.step_mm), "in (0, 100], or 0 for half a voxel");
-    }
-    const double finest_mm = finest_step_mm(grid);
-    if (render.step_mm > 0 && render.step_mm < finest_mm) {
-        throw bad_value("step_mm", std::to_string(render.step_mm),
+void detail::check_render(const RenderSettings& render, const VoxelGrid& grid) {
+    if (!render.step_mm) return;
+    const double step_mm = *render.step_mm, finest_mm = finest_step_mm(grid);
+    if (!(step_mm > 0 && step_mm <= 100)) throw bad_value("step_mm", std::to_string(step_mm), "in (0, 100]");
+    if (step_mm < finest_mm) {
+        throw bad_value("step_mm", std::to_string(step_mm),
                         "at least a hundredth of a voxel, " + std::to_string(finest_mm) + " (finer gains nothing)");
     }
 }
 
-void check_scene(const Scene& scene) {
+void detail::check_scene(const Scene& scene) {
     check_volume(scene.volume, "the volume");
     check_views(scene.views);
     check_render(scene.render, scene.volume.grid);
 }
 
+Session::~Session() = default;
+
 Session::Session(const Scene& scene)
     : grid_(scene.volume.grid),
       similarity_(scene.similarity),
-      channel_count_(raylign::channel_count(scene.similarity.metric)) {
+      channel_count_(detail::channel_count(scene.similarity.metric)) {
     check_scene(scene);
     take_views(scene.views);
 }
 
 Session::Session(const Session& resident, std::span<const View> views, const Similarity& similarity)
-    : grid_(resident.grid_), similarity_(similarity), channel_count_(raylign::channel_count(similarity.metric)) {
+    : grid_(resident.grid_), similarity_(similarity), channel_count_(detail::channel_count(similarity.metric)) {
     check_views(views);
     take_views(views);
 }
@@ -185,7 +187,7 @@ const FixedChannels& Session::fixed_channels(std::size_t view) const {
 }
 
 std::vector<Image> Session::moving_channels(const RigidTransform& world_from_ct, std::size_t view) {
-    return raylign::moving_channels(render(world_from_ct, view), similarity_);
+    return detail::moving_channels(render(world_from_ct, view), similarity_);
 }
 
 std::vector<RayFrame> Session::frames_for(std::span<const RigidTransform> world_from_ct) const {
@@ -229,7 +231,7 @@ void Session::linearize(std::span<const RigidTransform> world_from_ct, const Eig
                         std::to_string(world_from_ct.size()) + ", the number of poses");
     }
     if (fixed_.empty()) throw Error("linearize: every view needs an image");
-    if (!centre_ct_mm.allFinite()) throw bad_value("rotation centre", text(centre_ct_mm) + " mm", "finite");
+    if (!centre_ct_mm.allFinite()) throw bad_value("rotation centre", vector_text(centre_ct_mm) + " mm", "finite");
     const std::vector<RayFrame> frames = frames_for(world_from_ct);
     std::vector<RayFrameDerivatives> derivatives;
     derivatives.reserve(frames.size());
@@ -257,6 +259,10 @@ Image Session::render(const RigidTransform& world_from_ct, std::size_t view) {
         throw bad_value("view", std::to_string(view), "below " + std::to_string(view_count()));
     }
     return render_frame(frames_for({&world_from_ct, 1})[view]);
+}
+
+void Session::for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) {
+    for (std::size_t i = 0; i < count; ++i) turn(i);
 }
 
 }  // namespace raylign

@@ -13,9 +13,10 @@
 #include "apps/report_page/page_files.h"
 #include "apps/study/options.h"
 #include "core/base/error.h"
+#include "raylign/version.h"
 #include "core/io/files/output.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -292,4 +293,4 @@ void add_bench_command(CLI::App& app, Job& job) {
         [flags, &job] { job = [flags](const Invocation& invocation) { return run_bench(*flags, invocation); }; });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -12,7 +12,7 @@
 #include "raylign/statistics.h"
 #include "raylign/targets.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr double kPhantomSide_mm = 160;
@@ -86,14 +86,15 @@ BenchRegistration time_registration(const BenchScene& scene, Backend& backend, M
     const auto targets = default_targets_ct_mm(scene.volume);
     const RigidTransform start = perturbed_start(scene.true_world_from_ct, targets, kStartMtre_mm, 1);
     RegistrationOptions options{.method = method};
-    options.cancelled = interrupted;
+    options.suspect_mirrored = false;
     std::vector<RegistrationResult> runs;
     try {
         for (int i = 0; i < repeats; ++i) {
-            runs.push_back(register_volume(scene.volume, scene.views, start, options, backend));
+            runs.push_back(
+                register_volume(scene.volume, scene.views, start, options, backend, {.stop = interrupt_token()}));
+            stop_if_interrupted();
         }
     } catch (const Error& error) {
-        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();
         bench.problem = error.what();
         return bench;
     }
@@ -141,4 +142,4 @@ BenchPoint time_poses(const BenchScene& scene, Backend& backend, int batch, int 
     return point;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -7,7 +7,7 @@
 #include "apps/shared/options.h"
 #include "raylign/phantom.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What is timed: a volume and its X-rays at a known pose.
 struct BenchScene {
@@ -48,4 +48,4 @@ struct BenchPoint {
 /// Poses around the truth, `batch` at once, warm, until `repeats` rounds are done.
 [[nodiscard]] BenchPoint time_poses(const BenchScene& scene, Backend& backend, int batch, int repeats);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -15,7 +15,7 @@
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 struct CompareFlags {
@@ -95,13 +95,11 @@ Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<
     options.progress = [&bar](const std::string& stage, double fraction) {
         bar.draw(std::to_string(static_cast<int>(100 * fraction)) + "%  " + stage);
     };
-    options.cancelled = interrupted;
-    try {
-        return compare_backends(inputs.volume, inputs.views, inputs.world_from_ct, inputs.targets, engines, options);
-    } catch (const Error& error) {
-        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();  // our words for it
-        throw;
-    }
+    options.stop = interrupt_token();
+    Comparison comparison =
+        compare_backends(inputs.volume, inputs.views, inputs.world_from_ct, inputs.targets, engines, options);
+    stop_if_interrupted();
+    return comparison;
 }
 
 void check(const CompareFlags& flags) {
@@ -200,4 +198,4 @@ void add_compare_command(CLI::App& app, Job& job) {
         [flags, &job] { job = [flags](const Invocation& invocation) { return run_compare(*flags, invocation); }; });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

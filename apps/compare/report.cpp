@@ -4,9 +4,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "raylign/version.h"
 #include "apps/shared/manifest.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -115,4 +116,4 @@ std::string compare_table(const CompareRun& run) {
            "\n";
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -7,7 +7,7 @@
 #include "apps/shared/options.h"
 #include "core/validation/compare.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// One run of `compare`, as its reports tell it.
 struct CompareRun {
@@ -26,4 +26,4 @@ struct CompareRun {
 /// A line a comparison, and the verdict last.
 [[nodiscard]] std::string compare_table(const CompareRun& run);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

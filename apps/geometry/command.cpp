@@ -9,7 +9,7 @@
 #include "core/io/files/output.h"
 #include "raylign/io/views.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 enum class OutputFormat { views_json, mayacam2, rtk, plastimatch, opencv };
@@ -188,4 +188,4 @@ void add_geometry_command(CLI::App& app, Job& job) {
     command.callback([options, &job] { job = [options](const Invocation&) { return run_geometry(*options); }; });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

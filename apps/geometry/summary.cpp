@@ -1,6 +1,7 @@
 #include "apps/geometry/summary.h"
 
-#include <Eigen/Dense>
+#include "core/base/linear_algebra.h"
+
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -8,7 +9,7 @@
 #include <numbers>
 #include <optional>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -34,7 +35,8 @@ Eigen::Vector2d middle_px(const ViewGeometry& view) {
 
 /// Where the ray through a pixel meets the plane at `depth_mm` before the source.
 Eigen::Vector3d at_depth(const ViewGeometry& view, const Eigen::Vector2d& pixel, double depth_mm) {
-    const Eigen::Vector3d camera = view.camera.intrinsics_px.inverse() * pixel.homogeneous() * depth_mm;
+    const Eigen::Matrix3d camera_from_pixel = inverse_of(view.camera.intrinsics_px);
+    const Eigen::Vector3d camera = (camera_from_pixel.leftCols<2>() * pixel + camera_from_pixel.col(2)) * depth_mm;
     return inverse(view.camera_from_world) * camera;
 }
 
@@ -171,4 +173,4 @@ std::string geometry_json(const std::vector<ViewSummary>& views) {
     return Json{{"raylign", 1}, {"views", list}}.dump(2) + "\n";
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

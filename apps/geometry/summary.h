@@ -6,7 +6,7 @@
 
 #include "raylign/io/geometry.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// One view as `geometry` explains it.
 struct ViewSummary {
@@ -32,4 +32,4 @@ struct CArmAngles {
 /// The same as JSON.
 [[nodiscard]] std::string geometry_json(const std::vector<ViewSummary>& views);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <cstdint>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 struct Glyph {
@@ -50,4 +50,4 @@ bool glyph_bit(char letter, int column, int row) {
     return (glyph->rows[row] >> (kGlyphWidth - 1 - column) & 1) != 0;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

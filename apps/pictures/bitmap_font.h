@@ -1,6 +1,6 @@
 #pragma once
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 inline constexpr int kGlyphWidth = 5, kGlyphHeight = 7, kGlyphAdvance = 6;
 
@@ -8,4 +8,4 @@ inline constexpr int kGlyphWidth = 5, kGlyphHeight = 7, kGlyphAdvance = 6;
 /// everything else as a filled box.
 [[nodiscard]] bool glyph_bit(char letter, int column, int row);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -9,7 +9,7 @@
 #include "apps/pictures/picture.h"
 #include "core/image/gradient_filter.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr double kNeighbourhoodShare = 0.08;  // of the image's width: a few vertebrae
@@ -138,4 +138,4 @@ EdgeMap thickened(const EdgeMap& edges, int radius_px) {
     return thick;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -5,7 +5,7 @@
 
 #include "raylign/image.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// Contours, one byte per pixel, row-major: 0 = none, 1 to 8 = on a contour, by the direction in which the image rises
 /// (sectors of 45 degrees).
@@ -40,4 +40,4 @@ struct RidgeMap {
 /// Every contour pixel grown to a disc of the given radius; where discs meet the later one in reading order stays.
 [[nodiscard]] EdgeMap thickened(const EdgeMap& edges, int radius_px);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

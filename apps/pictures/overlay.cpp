@@ -7,7 +7,7 @@
 #include "apps/pictures/edges.h"
 #include "apps/pictures/picture.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr int kPanelPx = 512;  // smaller pictures do not read well on today's screens
@@ -142,4 +142,4 @@ RgbImage overlay_picture(const OverlayInput& input) {
     return picture;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -4,9 +4,10 @@
 #include <string>
 
 #include "raylign/image.h"
+#include "core/io/images/png.h"
 #include "raylign/io/image.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What one overlay shows. All images have the same size; line integrals, denser = larger.
 struct OverlayInput {
@@ -23,4 +24,4 @@ struct OverlayInput {
 /// 512 px a side.
 [[nodiscard]] RgbImage overlay_picture(const OverlayInput& input);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -6,7 +6,7 @@
 #include "apps/pictures/bitmap_font.h"
 #include "core/image/gradient_filter.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 void set_pixel(RgbImage& picture, int x, int y, Colour colour) {
@@ -142,4 +142,4 @@ void draw_text(RgbImage& picture, std::string_view text, int x, int y, int scale
     }
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -5,9 +5,10 @@
 #include <string_view>
 
 #include "raylign/image.h"
+#include "core/io/images/png.h"
 #include "raylign/io/image.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 using Colour = std::array<std::uint8_t, 3>;
 
@@ -43,4 +44,4 @@ void paste(RgbImage& picture, const RgbImage& tile, int x, int y);
 void fill(RgbImage& picture, int x, int y, int width, int height, Colour colour);
 void draw_text(RgbImage& picture, std::string_view text, int x, int y, int scale, Colour colour);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

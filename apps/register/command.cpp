@@ -15,10 +15,8 @@
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 #include "raylign/io/pose.h"
-#include "core/registration/trust/mirrored.h"
-#include "core/registration/object/resident_volume.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 std::vector<std::string> output_file_names(const std::vector<View>& views) {
@@ -35,21 +33,11 @@ RegistrationResult run_with_progress(const RegisterInputs& inputs, const Registr
     ProgressBar bar(show);
     const auto report = [&bar](const RegistrationProgress& progress) {
         bar.draw(progress_line(progress));
-        return !interrupted();
     };
-    try {
-        ResidentVolume volume(inputs.volume, options.render, backend);
-        RegistrationResult result = register_volume(volume, inputs.views, inputs.start_world_from_ct, options, report);
-        if (!result.ok && options.time_limit_s == 0) {
-            const auto mirrored =
-                mirror_suspicion(volume, inputs.views, inputs.start_world_from_ct, options, result, report);
-            if (mirrored) result.reasons.push_back(*mirrored);
-        }
-        return result;
-    } catch (const Error& error) {
-        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();  // our words for it
-        throw;
-    }
+    RegistrationResult result = register_volume(inputs.volume, inputs.views, inputs.start_world_from_ct, options,
+                                                backend, {.on_progress = report, .stop = interrupt_token()});
+    stop_if_interrupted();  // what was found until then is no reason to replace an older result
+    return result;
 }
 
 /// Shown pixels per mm at the depth of the object's centre: the focal length over the depth.
@@ -112,7 +100,6 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
     BackendChoice choice = choose_backend(options.engine);
     const RegisterInputs inputs = read_register_inputs(options);
     registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;
-    registration.cancelled = interrupted;
     const std::vector<std::string> names = output_file_names(inputs.views);
     refuse_to_overwrite(inputs.files, options.output, names);
     OutputFolder folder(options.output);  // before the work: an unwritable folder should not cost a run
@@ -187,4 +174,4 @@ void add_register_command(CLI::App& app, Job& job) {
     });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/start/default_start.h"
+#include "raylign/start.h"
 #include "core/base/error.h"
 #include "raylign/io/landmarks.h"
 #include "raylign/io/pose.h"
-#include "core/start/landmark_pose.h"
+#include "raylign/start.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 std::string fixed(double value) {
@@ -149,4 +149,4 @@ FirstGuess first_guess(const StartWishes& wishes, const VoxelGrid& grid, const V
         {}};
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

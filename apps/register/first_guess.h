@@ -8,7 +8,7 @@
 #include "raylign/volume.h"
 #include "raylign/io/views.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What the command line says of the start.
 struct StartWishes {
@@ -32,4 +32,4 @@ void check_wishes(const StartWishes& wishes);
 /// or without a wish default_start.
 [[nodiscard]] FirstGuess first_guess(const StartWishes& wishes, const VoxelGrid& grid, const ViewsFile& views);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -1,6 +1,6 @@
 #include "apps/register/flags.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 void add_auto_mask_flag(CLI::App& command, RegisterOptions& options) {
     command
@@ -51,4 +51,4 @@ void add_search_flags(CLI::App& command, RegisterOptions& options) {
              "S", kSearchGroup);
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

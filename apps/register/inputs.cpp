@@ -8,7 +8,7 @@
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 template <typename T>
@@ -61,4 +61,4 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     return inputs;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

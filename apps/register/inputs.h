@@ -11,7 +11,7 @@
 #include "raylign/view.h"
 #include "raylign/volume.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// Everything that `register` reads.
 struct RegisterInputs {
@@ -29,4 +29,4 @@ struct RegisterInputs {
 /// Reads the files that the options name, the small ones first: a typo in a JSON file should not wait for a large CT.
 [[nodiscard]] RegisterInputs read_register_inputs(const RegisterOptions& options);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

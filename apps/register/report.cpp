@@ -2,9 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "raylign/version.h"
 #include "core/io/files/output.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -216,8 +217,8 @@ std::string info_json(const std::vector<BackendStatus>& backends) {
         for (const DeviceStatus& device : status.devices) devices.push_back(device_json(device));
         entry["devices"] = devices;
         Json sets = Json::array();
-        for (const InstructionSet& set : status.instruction_sets) {
-            sets.push_back({{"name", set.name}, {"available", set.available}});
+        for (const InstructionSetStatus& set : status.instruction_sets) {
+            sets.push_back({{"name", instruction_set_name(set.set)}, {"available", set.available}});
         }
         entry["instruction_sets"] = sets;
         list.push_back(entry);
@@ -225,4 +226,4 @@ std::string info_json(const std::vector<BackendStatus>& backends) {
     return text_of({{"raylign", RAYLIGN_VERSION}, {"backends", list}});
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -7,9 +7,9 @@
 #include "apps/shared/options.h"
 #include "apps/register/inputs.h"
 #include "raylign/targets.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// Errors against --truth.
 struct TruthComparison {
@@ -35,4 +35,4 @@ struct RegisterRun {
 /// What `raylign info --json` prints.
 [[nodiscard]] std::string info_json(const std::vector<BackendStatus>& backends);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

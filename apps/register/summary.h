@@ -4,9 +4,9 @@
 
 #include "apps/register/report.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What `register` tells on stdout: verdict, how the object moved, cost, errors against the truth, time, files.
 [[nodiscard]] std::string register_summary(const RegisterRun& run);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

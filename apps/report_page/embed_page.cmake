@@ -1,6 +1,6 @@
 # Makes OUTPUT, a C++ file, from text files: cmake -DOUTPUT= -DFILES=name=path|path;... -P. Files joined by | become one. Bytes, not
 # string literals: those have a largest length.
-set(text "#include \"apps/report_page/page_files.h\"\n\nnamespace raylign::apps {\n")
+set(text "#include \"apps/report_page/page_files.h\"\n\nnamespace raylign::detail::apps {\n")
 foreach(entry IN LISTS FILES)
   string(REGEX MATCH "^([^=]+)=(.*)$" entry ${entry})
   set(name ${CMAKE_MATCH_1})
@@ -14,4 +14,4 @@ foreach(entry IN LISTS FILES)
   string(APPEND text "static const char ${name}_bytes[] = {${bytes}'\\0'};\n"
                      "std::string_view ${name}() { return {${name}_bytes, sizeof ${name}_bytes - 1}; }\n")
 endforeach()
-file(WRITE ${OUTPUT} "${text}}  // namespace raylign::apps\n")
+file(WRITE ${OUTPUT} "${text}}  // namespace raylign::detail::apps\n")

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// The parts of a report page, embedded by CMake from the files beside this one.
 std::string_view page_html();
@@ -11,4 +11,4 @@ std::string_view page_script();
 std::string_view page_charts();  ///< the chart library; empty where it could not be had when building
 std::string_view paper_2006();   ///< what the paper reports, JSON
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

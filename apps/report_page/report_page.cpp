@@ -7,7 +7,7 @@
 #include "apps/pictures/picture.h"
 #include "apps/report_page/page_files.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr int kLongestSide_px = 512;
@@ -90,4 +90,4 @@ std::string report_page(std::string_view kind, std::string_view report, const st
     return replaced(std::move(page), "@DATA@", safe_in_script(data));
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

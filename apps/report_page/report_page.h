@@ -8,7 +8,7 @@
 #include "raylign/view.h"
 #include "raylign/io/image.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// A picture over a picture, with a slider between them.
 struct PageLayer {
@@ -41,4 +41,4 @@ struct PageOverlay {
 
 [[nodiscard]] std::string base64(std::string_view bytes);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

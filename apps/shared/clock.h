@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 using Clock = std::chrono::steady_clock;
 
@@ -10,4 +10,4 @@ using Clock = std::chrono::steady_clock;
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

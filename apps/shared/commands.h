@@ -5,7 +5,7 @@
 
 #include "apps/shared/options.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What the command line asks for; returns the exit code.
 using Job = std::function<int(const Invocation&)>;
@@ -21,4 +21,4 @@ void add_study_command(CLI::App& app, Job& job);
 void add_compare_command(CLI::App& app, Job& job);
 void add_bench_command(CLI::App& app, Job& job);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

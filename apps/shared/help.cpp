@@ -1,8 +1,9 @@
 #include "apps/shared/help.h"
 
+#include "raylign/version.h"
 #include "raylign/intensity.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 /// CLI11's layout with one blank line between groups instead of two.
@@ -140,4 +141,4 @@ void finish_command(CLI::App& command, const std::string& examples) {
     command.footer("Examples:\n" + examples);
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

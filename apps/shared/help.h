@@ -5,7 +5,7 @@
 
 #include "apps/shared/options.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 inline constexpr const char* kInputGroup = "Input";
 inline constexpr const char* kObjectGroup = "Object";
@@ -35,4 +35,4 @@ void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& 
 /// Examples below the options, and --help at the end of the last group.
 void finish_command(CLI::App& command, const std::string& examples);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -3,9 +3,8 @@
 #include <atomic>
 #include <csignal>
 
-#include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 // The one global of the project: a signal handler gets no context to find anything else by, and only a lock-free atomic
@@ -30,8 +29,10 @@ void catch_interrupts() {
 
 bool interrupted() noexcept { return stop_asked.load(std::memory_order_relaxed); }
 
+StopToken interrupt_token() { return StopToken(stop_asked); }
+
 void stop_if_interrupted() {
-    if (interrupted()) throw Error("interrupted: no file was changed", ErrorKind::cancelled);
+    if (interrupted()) throw Interrupted("interrupted: no file was changed");
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

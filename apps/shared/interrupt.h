@@ -1,13 +1,26 @@
 #pragma once
 
-namespace raylign::apps {
+#include <stdexcept>
+
+#include "raylign/stop.h"
+
+namespace raylign::detail::apps {
+
+/// Ends a command that the user interrupted: exit 130.
+class Interrupted : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
 
 /// From now on SIGINT (Ctrl-C) and SIGTERM only note the wish to stop; the run ends at its next step.
 void catch_interrupts();
 
 [[nodiscard]] bool interrupted() noexcept;
 
-/// Throws Error, kind cancelled, if a stop was asked for: called between the stages of a command.
+/// The same for the library.
+[[nodiscard]] StopToken interrupt_token();
+
+/// Throws Interrupted if a stop was asked for: called between the stages of a command.
 void stop_if_interrupted();
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -7,11 +7,11 @@
 
 #include <fstream>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 /// The value of the first line "name : value" whose name begins so.
-std::string value_in(const char* file, const std::string& name) {
+std::string value_of_line(const char* file, const std::string& name) {
     std::ifstream lines(file);
     for (std::string line; std::getline(lines, line);) {
         if (line.rfind(name, 0) != 0) continue;
@@ -33,9 +33,9 @@ Machine this_machine() {
         machine.host = names.nodename;
         machine.system = std::string(names.sysname) + " " + names.release + " " + names.machine;
     }
-    const std::string distribution = value_in("/etc/os-release", "PRETTY_NAME");
+    const std::string distribution = value_of_line("/etc/os-release", "PRETTY_NAME");
     if (!distribution.empty()) machine.system = distribution + ", " + machine.system;
-    machine.processor = value_in("/proc/cpuinfo", "model name");
+    machine.processor = value_of_line("/proc/cpuinfo", "model name");
     cpu_set_t usable;
     CPU_ZERO(&usable);
     machine.cores = sched_getaffinity(0, sizeof usable, &usable) == 0 ? CPU_COUNT(&usable) : 0;
@@ -54,4 +54,4 @@ std::size_t peak_memory_bytes() {
     return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<std::size_t>(usage.ru_maxrss) * 1024 : 0;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What a report says of the machine that made it.
 struct Machine {
@@ -16,4 +16,4 @@ struct Machine {
 /// Most memory that this process has had so far, 0 where the system does not say.
 [[nodiscard]] std::size_t peak_memory_bytes();
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -5,18 +5,18 @@
 #include "apps/shared/machine.h"
 #include "core/io/files/output.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string json_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 }  // namespace
 
 std::string machine_json() {
     const Machine machine = this_machine();
-    return text_of({{"host", machine.host},
+    return json_text({{"host", machine.host},
                     {"processor", machine.processor},
                     {"cores", machine.cores},
                     {"memory_bytes", machine.memory_bytes},
@@ -29,15 +29,15 @@ std::string inputs_json(const std::vector<std::filesystem::path>& files) {
     for (const std::filesystem::path& file : files) {
         list.push_back({{"path", file.string()}, {"sha256", sha256_of_file(file)}});
     }
-    return text_of(list);
+    return json_text(list);
 }
 
 std::string backend_json(const BackendInfo& info) {
-    return text_of({{"name", info.name},
+    return json_text({{"name", info.name},
                     {"summary", info.summary},
                     {"device", info.device},
                     {"threads", info.threads},
                     {"instruction_set", info.instruction_set}});
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

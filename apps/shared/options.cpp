@@ -5,10 +5,17 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/names.h"
 #include "raylign/intensity.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
+
+/// On the command line 0 stands for the default.
+template <class Number>
+std::optional<Number> given(Number value) {
+    return value == 0 ? std::nullopt : std::optional<Number>(value);
+}
 
 void settle_volume(const VolumeFlags& flags) {
     if (flags.attenuation && (!flags.hu_preset.empty() || flags.hu_offset != 0)) {
@@ -71,6 +78,9 @@ void settle_gl(const EngineFlags& flags) {
     const Error no_textures("--interpolation hardware and --crop are for GPUs: they have no meaning for --backend " +
                             flags.backend);
     if (on_host && (flags.crop || flags.interpolation == "hardware")) throw no_textures;
+    if (flags.backend == "reference" && flags.storage == "int16") {
+        throw bad_value("--storage", flags.storage, "float32 or left out", "--backend reference");
+    }
     if (flags.backend == "gl-2006") return;
     for (const auto& [option, word] :
          {std::pair("--slices", flags.slices), {"--reduction", flags.reduction}, {"--readback", flags.readback}}) {
@@ -137,7 +147,7 @@ VolumeReadOptions volume_read_options(const VolumeFlags& flags) {
 }
 
 RenderSettings render_settings(const EngineFlags& flags) {
-    return {.projector = projector_from_name(flags.projector), .step_mm = flags.step_mm};
+    return {.projector = projector_from_name(flags.projector), .step_mm = given(flags.step_mm)};
 }
 
 RegistrationOptions registration_options(const RegisterOptions& options) {
@@ -145,16 +155,16 @@ RegistrationOptions registration_options(const RegisterOptions& options) {
     registration.method = method_from_name(options.method);
     registration.similarity.metric = metric_from_name(options.metric);
     registration.render = render_settings(options.engine);
-    registration.levels = options.levels;
+    registration.levels = given(options.levels);
     registration.max_iterations_per_level = options.max_iterations;
     registration.content = content_from_name(options.content);
     registration.search = {.mode = search_from_name(options.search),
-                           .range_mm = options.search_range_mm,
-                           .range_deg = options.search_turn_deg,
-                           .starts = options.search_starts,
+                           .range_mm = given(options.search_range_mm),
+                           .range_deg = given(options.search_turn_deg),
+                           .starts = given(options.search_starts),
                            .seed = options.seed};
     registration.robust = !options.no_robust;
-    registration.time_limit_s = options.time_limit_s;
+    registration.time_limit_s = given(options.time_limit_s);
     return registration;
 }
 
@@ -165,16 +175,39 @@ EngineFlags with_backend(EngineFlags flags, const std::string& name) {
     return flags;
 }
 
+namespace {
+
+using Slices = Gl2006Options::Slices;
+using Reduction = Gl2006Options::Reduction;
+using Readback = Gl2006Options::Readback;
+constexpr Names<Slices, 2> kSlices{
+    {{Slices::view_aligned, "view-aligned"}, {Slices::object_aligned, "object-aligned"}}};
+constexpr Names<Reduction, 3> kReductions{
+    {{Reduction::passes, "passes"}, {Reduction::mipmap, "mipmap"}, {Reduction::mipmap_half, "mipmap-half"}}};
+constexpr Names<Readback, 2> kReadbacks{{{Readback::sums, "sums"}, {Readback::image, "image"}}};
+
+BackendOptions backend_options(const EngineFlags& flags) {
+    BackendOptions options;
+    options.cpu.threads = given(flags.threads);
+    options.gl.device = flags.device;
+    options.gl.crop = flags.crop;
+    if (!flags.interpolation.empty()) options.gl.interpolation = interpolation_from_name(flags.interpolation);
+    if (!flags.storage.empty() && flags.storage != "auto") {
+        const Storage storage = storage_from_name(flags.storage);
+        options.cpu.storage = storage;
+        options.gl.storage = storage;
+    }
+    static_cast<GlOptions&>(options.gl_2006) = options.gl;
+    if (!flags.slices.empty()) options.gl_2006.slices = value_in(kSlices, "--slices", flags.slices);
+    if (!flags.reduction.empty()) options.gl_2006.reduction = value_in(kReductions, "--reduction", flags.reduction);
+    if (!flags.readback.empty()) options.gl_2006.readback = value_in(kReadbacks, "--readback", flags.readback);
+    return options;
+}
+
+}  // namespace
+
 BackendChoice choose_backend(const EngineFlags& flags) {
-    BackendChoice choice = create_backend(flags.backend, {.threads = flags.threads,
-                                                          .instruction_set = {},
-                                                          .device = flags.device,
-                                                          .storage = flags.storage,
-                                                          .interpolation = flags.interpolation,
-                                                          .crop = flags.crop,
-                                                          .slices = flags.slices,
-                                                          .reduction = flags.reduction,
-                                                          .readback = flags.readback});
+    BackendChoice choice = create_backend(flags.backend, backend_options(flags));
     const std::string name = choice.backend->info().name;
     if (!flags.device.empty() && name == "cpu") {
         throw Error("--device " + flags.device + ": no GPU backend can run here, --backend auto came down to " + name,
@@ -257,4 +290,4 @@ void refuse_to_overwrite(const std::vector<std::filesystem::path>& inputs, const
     }
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "raylign/io/volume.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What every sub-command gets besides its own options.
 struct Invocation {
@@ -133,4 +133,4 @@ void settle_conflicts(const DrrOptions& options);
 void refuse_to_overwrite(const std::vector<std::filesystem::path>& inputs, const std::filesystem::path& folder,
                          const std::vector<std::string>& names);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 std::string progress_line(const RegistrationProgress& progress) {
     constexpr int kWidth = 24;
@@ -35,4 +35,4 @@ void ProgressBar::draw(const std::string& line) {
     std::fflush(stderr);
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

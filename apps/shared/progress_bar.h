@@ -3,9 +3,9 @@
 #include <chrono>
 #include <string>
 
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// "[#####-----]  52%  level 2/4  cost 0.1234  3 s left": one line without control codes.
 [[nodiscard]] std::string progress_line(const RegistrationProgress& progress);
@@ -27,4 +27,4 @@ private:
     std::chrono::steady_clock::time_point last_{};
 };
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

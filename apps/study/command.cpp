@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr const char* kJournal = "study.journal";
@@ -71,7 +71,7 @@ int run_one_trial(const Study& study, long long trial) {
     if (trial >= static_cast<long long>(study.trial_count())) {
         throw bad_value("--trial", std::to_string(trial), "below " + std::to_string(study.trial_count()));
     }
-    std::cout << trial_line(run_trial(study, static_cast<std::size_t>(trial), interrupted)) << "\n";
+    std::cout << trial_line(run_trial(study, static_cast<std::size_t>(trial), {.stop = interrupt_token()})) << "\n";
     return 0;
 }
 
@@ -185,4 +185,4 @@ void add_study_command(CLI::App& app, Job& job) {
         [options, &job] { job = [options](const Invocation& invocation) { return run_study(*options, invocation); }; });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using nlohmann::json;
@@ -139,4 +139,4 @@ void StudyJournal::note_run(const std::string& run) {
     runs_.push_back(run);
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

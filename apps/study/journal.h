@@ -7,7 +7,7 @@
 
 #include "apps/study/trial.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// The file of a study that a kill cannot hurt: a line of configuration, then a line per finished trial, each on the
 /// disk before the next begins. A last line that was cut off is dropped on opening; its trial runs again.
@@ -44,4 +44,4 @@ private:
     std::vector<std::string> runs_;
 };
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr int kMostPerBin = 100000;
@@ -183,4 +183,4 @@ std::vector<StudyCase> study_cases(const StudyOptions& options, const std::vecto
     return cases;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

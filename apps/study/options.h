@@ -8,7 +8,7 @@
 #include "apps/shared/options.h"
 #include "raylign/study.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 struct StudyOptions {
     RegisterOptions registration;  ///< what every trial shares; backend, method and metric may be lists with commas
@@ -63,4 +63,4 @@ struct LeftOut {
                                                  const std::vector<std::string>& view_names,
                                                  std::vector<LeftOut>& left_out);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -5,7 +5,7 @@
 #include "apps/study/report.h"
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr std::size_t kMostPictures = 6;  // a page should stay light
@@ -60,4 +60,4 @@ std::string study_page(const Study& study, const StudyJournal& journal, const In
     return report_page("study", study_json(study, journal, invocation), pictures, {{"trials", trials_json(journal)}});
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 struct RankMessage {
     int from = 0;
@@ -39,4 +39,4 @@ private:
     Ranks();
 };
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

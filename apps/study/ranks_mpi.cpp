@@ -10,7 +10,7 @@
 #include "apps/study/ranks.h"
 #include "apps/study/ranks_started.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 Ranks::Ranks() { MPI_Init(nullptr, nullptr); }
 
@@ -83,4 +83,4 @@ void Ranks::abort(int exit_code) {
     std::abort();
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

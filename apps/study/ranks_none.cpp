@@ -6,7 +6,7 @@
 #include "apps/study/ranks_started.h"
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 std::unique_ptr<Ranks> Ranks::join() {
     if (launched_processes() < 2) return nullptr;
@@ -25,4 +25,4 @@ RankMessage Ranks::wait() { return {}; }
 std::vector<std::string> Ranks::exchange(const std::string& text) { return {text}; }
 void Ranks::abort(int exit_code) { std::_Exit(exit_code); }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

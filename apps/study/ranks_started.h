@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdlib>
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// The number of processes that a launcher says it started: mpirun of Open MPI, MPICH and Intel MPI, or srun; 0 without
 /// one.
@@ -16,4 +16,4 @@ namespace raylign::apps {
 }
 [[nodiscard]] inline bool started_by_a_launcher() { return launched_processes() > 0; }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

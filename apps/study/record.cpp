@@ -8,7 +8,7 @@
 #include "apps/study/trial.h"
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -166,4 +166,4 @@ std::string trials_csv(const Study& study, const std::vector<TrialRecord>& recor
     return text;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -6,9 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/shared/manifest.h"
+#include "raylign/version.h"
 #include "core/io/files/output.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -267,4 +268,4 @@ std::string study_summary(const Study& study, const StudyJournal& journal) {
     return text;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

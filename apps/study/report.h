@@ -6,7 +6,7 @@
 
 #include "apps/study/journal.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// The settings that decide a trial's result, JSON in one line: what a journal may be continued with.
 [[nodiscard]] std::string study_config(const Study& study);
@@ -29,4 +29,4 @@ namespace raylign::apps {
 /// For the terminal.
 [[nodiscard]] std::string study_summary(const Study& study, const StudyJournal& journal);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

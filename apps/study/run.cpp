@@ -8,7 +8,7 @@
 #include "apps/shared/interrupt.h"
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -44,21 +44,15 @@ private:
 
 void stop_study_if_interrupted() {
     if (interrupted()) {
-        throw Error("interrupted: the finished trials are kept; the same command goes on", ErrorKind::cancelled);
+        throw Interrupted("interrupted: the finished trials are kept; the same command goes on");
     }
 }
 
 TrialRecord run_unless_interrupted(const Study& study, std::size_t trial, const std::function<void()>& meanwhile) {
     stop_study_if_interrupted();
-    try {
-        return run_trial(study, trial, [&] {
-            meanwhile();
-            return interrupted();
-        });
-    } catch (const Error& error) {
-        if (error.kind() == ErrorKind::cancelled) stop_study_if_interrupted();  // our words for it
-        throw;
-    }
+    TrialRecord record = run_trial(study, trial, {.stop = interrupt_token(), .meanwhile = meanwhile});
+    stop_study_if_interrupted();
+    return record;
 }
 
 /// Rank 0's side: which trials are out, and what comes back.
@@ -158,4 +152,4 @@ void run_as_worker(const Study& study, Ranks& ranks) {
     }
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -6,7 +6,7 @@
 #include "apps/study/ranks.h"
 #include "apps/study/journal.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// How far a study is.
 struct StudyProgress {
@@ -18,8 +18,8 @@ struct StudyProgress {
 
 using StudyCallback = std::function<void(const StudyProgress&)>;
 
-/// Runs the trials that the journal lacks, one after the other, each written before the next begins. Throws Error, kind
-/// cancelled, on Ctrl-C: what is finished stays.
+/// Runs the trials that the journal lacks, one after the other, each written before the next begins. Throws
+/// Interrupted on Ctrl-C: what is finished stays.
 void run_alone(const Study& study, StudyJournal& journal, const StudyCallback& progress);
 
 /// The same with several processes: rank 0 hands out trials one by one, runs some itself and writes all; it looks for
@@ -28,4 +28,4 @@ void run_as_first(const Study& study, StudyJournal& journal, Ranks& ranks, const
 /// Of the other ranks: runs what rank 0 sends until there is no more.
 void run_as_worker(const Study& study, Ranks& ranks);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -8,7 +8,7 @@
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 template <typename T>
@@ -96,4 +96,4 @@ std::vector<ViewGeometry> case_geometry(const Study& study, const StudyCase& stu
     return geometry;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -10,7 +10,7 @@
 #include "core/backend.h"
 #include "raylign/study.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// Everything that trials are made from. Trials are numbered from 0: cases innermost, then intervals, then repetitions,
 /// so that a study stopped half-way has as many trials of each case and interval.
@@ -49,4 +49,4 @@ struct TrialPlace {
 /// Geometry of the views that a case uses, in its order.
 [[nodiscard]] std::vector<ViewGeometry> case_geometry(const Study& study, const StudyCase& study_case);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

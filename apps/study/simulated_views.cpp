@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr double kStep_voxels = 0.4;  // finer than the registration's, and no divisor of it
@@ -40,4 +40,4 @@ SimulatedViews simulate_missing_images(const Volume& volume, std::vector<View>& 
     return result;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

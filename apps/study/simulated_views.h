@@ -5,7 +5,7 @@
 
 #include "core/backend.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 struct SimulatedViews {
     std::vector<char> is_simulated;  ///< per view
@@ -18,4 +18,4 @@ struct SimulatedViews {
 [[nodiscard]] SimulatedViews simulate_missing_images(const Volume& volume, std::vector<View>& views,
                                                      const RigidTransform& true_world_from_ct, Projector registers_by);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -2,7 +2,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 RegistrationOptions options_of_case(const Study& study, const StudyCase& study_case) {
@@ -56,7 +56,7 @@ StudyStart start_of_trial(const Study& study, const TrialPlace& place) {
                        study.options.registration.seed, study.true_world_from_ct, study.targets_ct_mm);
 }
 
-TrialRecord run_trial(const Study& study, std::size_t trial, const std::function<bool()>& cancelled) {
+TrialRecord run_trial(const Study& study, std::size_t trial, const RunControl& control) {
     const TrialPlace place = trial_place(study, trial);
     const StudyCase& study_case = study.cases[place.study_case];
     const StudyStart start = start_of_trial(study, place);
@@ -69,11 +69,10 @@ TrialRecord run_trial(const Study& study, std::size_t trial, const std::function
     record.initial_mtre_mm = start.initial_mtre_mm;
     record.world_from_ct = start.world_from_ct;
     RegistrationOptions options = options_of_case(study, study_case);
-    options.cancelled = cancelled;
     const std::vector<View> views = trial_views(study, study_case, start.seed);
     try {
         take_result(record, register_volume(study.volume, views, start.world_from_ct, options,
-                                            *study.backends[place.study_case]));
+                                            *study.backends[place.study_case], control));
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::input) throw;
         record.error = error.what();  // a start that misses the detector is a failed trial, not a failed study
@@ -94,4 +93,4 @@ TrialOutcome outcome_of(const TrialRecord& record) {
             .linearizations = static_cast<double>(record.linearizations)};
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

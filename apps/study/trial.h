@@ -4,9 +4,9 @@
 #include <string>
 
 #include "apps/study/setup.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What is kept of one trial: a line of the journal and a row of study.csv.
 struct TrialRecord {
@@ -23,8 +23,8 @@ struct TrialRecord {
     double total_s = 0, prepare_s = 0, drr_s = 0, gradient_s = 0, reduction_s = 0, transfer_s = 0, optimizer_s = 0;
 };
 
-/// `cancelled` is asked before each batch of evaluations; true ends the trial by Error, kind cancelled.
-[[nodiscard]] TrialRecord run_trial(const Study& study, std::size_t trial, const std::function<bool()>& cancelled);
+/// Where `control` stops it, the record is of the best pose until then.
+[[nodiscard]] TrialRecord run_trial(const Study& study, std::size_t trial, const RunControl& control);
 
 [[nodiscard]] StudyStart start_of_trial(const Study& study, const TrialPlace& place);
 
@@ -39,4 +39,4 @@ struct TrialRecord {
 /// however the study was run.
 [[nodiscard]] std::string trials_csv(const Study& study, const std::vector<TrialRecord>& records);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

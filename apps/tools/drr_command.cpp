@@ -7,12 +7,13 @@
 #include "apps/pictures/picture.h"
 #include "core/base/error.h"
 #include "raylign/simulate.h"
+#include "core/io/images/png.h"
 #include "raylign/io/image.h"
 #include "core/io/files/output.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 std::vector<std::filesystem::path> all_inputs(const DrrOptions& options, const ViewsFile& views) {
@@ -112,4 +113,4 @@ void add_drr_command(CLI::App& app, Job& job) {
     command.callback([options, &job] { job = [options](const Invocation&) { return run_drr(*options); }; });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

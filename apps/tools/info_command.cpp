@@ -2,9 +2,10 @@
 
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
+#include "raylign/version.h"
 #include "apps/register/report.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 void print_device(const DeviceStatus& device) {
@@ -33,9 +34,10 @@ void print_backend(const BackendStatus& status) {
     std::cout << "      threads  " << status.info.threads << "\n";
     if (status.instruction_sets.empty()) return;
     std::cout << "      kernels ";
-    for (const InstructionSet& set : status.instruction_sets) {
-        const bool in_use = set.name == status.info.instruction_set;
-        std::cout << " " << set.name << (in_use ? " (in use)" : set.available ? "" : " (not in this processor)");
+    for (const InstructionSetStatus& set : status.instruction_sets) {
+        const std::string name(instruction_set_name(set.set));
+        const bool in_use = name == status.info.instruction_set;
+        std::cout << " " << name << (in_use ? " (in use)" : set.available ? "" : " (not in this processor)");
     }
     std::cout << "\n";
 }
@@ -61,4 +63,4 @@ void add_info_command(CLI::App& app, Job& job) {
     command.callback([options, &job] { job = [options](const Invocation&) { return run_info(*options); }; });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

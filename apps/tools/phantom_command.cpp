@@ -7,7 +7,7 @@
 #include "raylign/io/volume.h"
 #include "raylign/phantom.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 Phantom phantom_of_kind(const std::string& kind, const Eigen::Vector3d& extent_mm) {
@@ -66,4 +66,4 @@ void add_phantom_command(CLI::App& app, Job& job) {
     command.callback([options, &job] { job = [options](const Invocation&) { return run_phantom(*options); }; });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

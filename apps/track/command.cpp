@@ -1,7 +1,7 @@
-#include <Eigen/LU>
 #include <algorithm>
 #include <iostream>
 
+#include "core/base/linear_algebra.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 std::vector<std::string> output_file_names(const TrackInputs& inputs) {
@@ -97,7 +97,7 @@ void stage_tra_files(TrackReport& report, OutputFolder& folder) {
         try {
             stage_text(report, folder, object.name + ".tra", tra_text(poses, object.file_grid));
         } catch (const Error& error) {
-            if (error.kind() != ErrorKind::input || object.file_grid.direction.determinant() > 0) throw;
+            if (error.kind() != ErrorKind::input || determinant_of(object.file_grid.direction) > 0) throw;
             report.notes.push_back("no " + object.name + ".tra: " + error.what());
         }
     }
@@ -133,7 +133,6 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
     BackendChoice choice = choose_backend(options.registration.engine);
     const TrackInputs inputs = read_track_inputs(options);
     TrackOptions track = track_options(options, inputs.frame_step);
-    track.registration.cancelled = interrupted;
     const std::filesystem::path& output = options.registration.output;
     refuse_to_overwrite(all_inputs(inputs), output, output_file_names(inputs));
     OutputFolder folder(output);  // before the work: an unwritable folder should not cost a run
@@ -142,10 +141,9 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
     const auto show = options.registration.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals;
     TrackRecord record;
     try {
-        record = run_track(inputs, track, *choice.backend, show, journal);
-    } catch (const Error& error) {  // before the first frame was done
+        record = run_track(inputs, track, *choice.backend, show, journal, interrupt_token());
+    } catch (...) {  // before the first frame was done
         journal.remove();
-        if (error.kind() == ErrorKind::cancelled) stop_if_interrupted();
         throw;
     }
     TrackReport report{options, invocation, inputs, record, choice.backend->info(), choice.passed_over};
@@ -161,9 +159,8 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
         std::cout << track_summary(report);
     }
     if (interrupted()) {
-        throw Error("interrupted after " + std::to_string(record.instants) + " of " +
-                        std::to_string(inputs.frames.size()) + " frames: these are in " + output.string(),
-                    ErrorKind::cancelled);
+        throw Interrupted("interrupted after " + std::to_string(record.instants) + " of " +
+                          std::to_string(inputs.frames.size()) + " frames: these are in " + output.string());
     }
     if (!report.complete()) std::rethrow_exception(record.stopped_by);
     return report.ok() ? 0 : 1;
@@ -262,4 +259,4 @@ void add_track_command(CLI::App& app, Job& job) {
     });
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -8,7 +8,7 @@
 #include "core/io/files/json_node.h"
 #include "core/registration/object/pose_space.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 template <typename T>
@@ -104,4 +104,4 @@ TrackInputs read_track_inputs(const TrackCommandOptions& options) {
     return inputs;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

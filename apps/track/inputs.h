@@ -8,7 +8,7 @@
 #include "apps/track/options.h"
 #include "raylign/volume.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 struct TrackObject {
     std::string name;
@@ -38,4 +38,4 @@ struct TrackInputs {
 /// {"raylign": 1, "ct_from_axes": [[4x4, mm]]}: where anatomical axes lie in the CT.
 [[nodiscard]] RigidTransform read_axes(const std::filesystem::path& path);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/io/files/text.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
@@ -71,4 +71,4 @@ std::string joint_csv(const std::vector<JointRow>& rows, const CardanSequence& s
     return text;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -7,7 +7,7 @@
 #include "apps/track/inputs.h"
 #include "raylign/io/trajectory.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// How a distal bone stands to a proximal one in one frame.
 struct JointRow {
@@ -29,4 +29,4 @@ struct JointRow {
 /// helical angle, shift, direction and point. Cells of rows without a pose are empty.
 [[nodiscard]] std::string joint_csv(const std::vector<JointRow>& rows, const CardanSequence& sequence);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

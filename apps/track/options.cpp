@@ -7,7 +7,7 @@
 #include "core/io/files/text.h"
 #include "core/io/views/view_files.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 /// "3" or "3,4": labels of a map; empty for anything else.
@@ -138,10 +138,10 @@ TrackOptions track_options(const TrackCommandOptions& options, double frame_step
     track.registration = registration_options(options.registration);
     track.recovery = search_from_name(options.recover);
     if (track.recovery == Search::automatic) throw bad_value("--recover", "auto", "none, near or global");
-    track.max_jump_mm = options.max_jump_mm;
+    if (options.max_jump_mm != 0) track.max_jump_mm = options.max_jump_mm;
     track.frame_step = frame_step;
     if (const std::string fault = track.problem(); !fault.empty()) throw Error(fault);
     return track;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

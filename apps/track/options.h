@@ -8,9 +8,9 @@
 #include "apps/shared/options.h"
 #include "raylign/joint_motion.h"
 #include "raylign/io/frames.h"
-#include "core/tracking/track.h"
+#include "raylign/tracking.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// What the command line of `track` says. Of `registration`, start, targets, truth and landmarks are not used.
 struct TrackCommandOptions {
@@ -48,4 +48,4 @@ struct ObjectFlags {
 /// The library's own options. `frame_step`: numbers between two frames.
 [[nodiscard]] TrackOptions track_options(const TrackCommandOptions& options, double frame_step);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -4,7 +4,7 @@
 
 #include "apps/shared/interrupt.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr std::size_t kMostObjects = 3;  // a page should stay light
@@ -54,4 +54,4 @@ std::vector<PageOverlay> track_pictures(const TrackReport& report, Backend& back
     return overlays;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -5,11 +5,11 @@
 
 #include "apps/track/report.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// X-ray under DRR for the page: the first, the middle and the last frame of each object that have a pose, and those
 /// whose cost is largest; every view. `scratch`: a folder where a file may stand for a moment.
 [[nodiscard]] std::vector<PageOverlay> track_pictures(const TrackReport& report, Backend& backend,
                                                       const std::filesystem::path& scratch);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -1,5 +1,7 @@
 #include "apps/track/report.h"
 
+#include "apps/shared/interrupt.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -8,9 +10,10 @@
 
 #include "apps/shared/manifest.h"
 #include "core/base/error.h"
+#include "raylign/version.h"
 #include "core/io/files/output.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -111,8 +114,10 @@ std::string stop_text(const TrackReport& report) {
     if (report.complete()) return "";
     try {
         std::rethrow_exception(report.record.stopped_by);
+    } catch (const Interrupted&) {
+        return "interrupted";
     } catch (const Error& error) {
-        return error.kind() == ErrorKind::cancelled ? "interrupted" : error.what();
+        return error.what();
     }
 }
 
@@ -221,4 +226,4 @@ std::string track_summary(const TrackReport& report) {
     return text + line("written", report.options.registration.output.string() + ": " + files);
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -6,9 +6,9 @@
 #include "apps/track/joint_table.h"
 #include "apps/report_page/report_page.h"
 #include "apps/track/run.h"
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// One run of `track`, as report and summary tell it.
 struct TrackReport {
@@ -37,4 +37,4 @@ struct TrackReport {
 /// What `track` tells on stdout.
 [[nodiscard]] std::string track_summary(const TrackReport& report);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

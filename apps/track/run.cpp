@@ -10,7 +10,7 @@
 #include "apps/shared/interrupt.h"
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 TrackJournal::TrackJournal(const std::filesystem::path& folder, const std::vector<std::string>& view_names)
     : file_(folder / kName), view_count_(view_names.size()) {
     std::error_code ignored;  // there may be none
@@ -47,8 +47,11 @@ std::string track_progress_line(std::size_t done, std::size_t all, const Traject
 }
 
 TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend, ProgressBar::Show show,
-                      TrackJournal& journal) {
+                      TrackJournal& journal, const StopToken& stop) {
     TrackRecord record;
+    const auto stop_if_asked = [&stop] {
+        if (stop.stop_requested()) throw Interrupted("interrupted: no file was changed");
+    };
     std::vector<Tracker> trackers;
     trackers.reserve(inputs.objects.size());
     for (const TrackObject& object : inputs.objects) {
@@ -59,7 +62,7 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
     const auto begin = Clock::now();
     try {
         for (const FrameSet& set : inputs.frames) {
-            stop_if_interrupted();
+            stop_if_asked();
             const auto read_begin = Clock::now();
             const Instant instant = reader.read(set);
             record.read_s += seconds_since(read_begin);
@@ -67,8 +70,9 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
             std::vector<TrajectoryRow> rows;
             for (std::size_t i = 0; i < trackers.size(); ++i) {
                 rows.push_back({inputs.objects[i].name, instant.gap.empty()
-                                                            ? trackers[i].feed(set.number, instant.views)
+                                                            ? trackers[i].feed(set.number, instant.views, {.stop = stop})
                                                             : trackers[i].skip(set.number, instant.gap)});
+                stop_if_asked();  // a frame that was not finished is none
             }
             record.track_s += seconds_since(track_begin);
             for (TrajectoryRow& row : rows) {
@@ -79,7 +83,7 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
             bar.draw(
                 track_progress_line(record.instants, inputs.frames.size(), record.rows.back(), seconds_since(begin)));
         }
-    } catch (const Error&) {
+    } catch (const std::runtime_error&) {  // Error and Interrupted
         if (record.rows.empty()) throw;
         record.stopped_by = std::current_exception();
     }
@@ -87,4 +91,4 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
     return record;
 }
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -10,7 +10,7 @@
 #include "apps/track/inputs.h"
 #include "raylign/io/trajectory.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 
 /// trajectory.partial.csv: rows as they are found, so that not even a kill costs more than a frame. What an earlier run
 /// left there is kept as trajectory.partial.old.csv.
@@ -40,13 +40,13 @@ struct TrackRecord {
     double read_s = 0, track_s = 0;   ///< wall time of reading frames and of registering
 };
 
-/// Tracks all objects through all frames. Errors after the first frame, and Ctrl-C, end the run early: what was found
+/// Tracks all objects through all frames. Errors after the first frame, and a stop, end the run early: what was found
 /// until then is in the record.
 [[nodiscard]] TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend,
-                                    ProgressBar::Show show, TrackJournal& journal);
+                                    ProgressBar::Show show, TrackJournal& journal, const StopToken& stop);
 
 /// "[####----]  40%  frame 12 (12 of 30)  radius ok  8.1 frames/s  3 s left"
 [[nodiscard]] std::string track_progress_line(std::size_t done, std::size_t all, const TrajectoryRow& last,
                                               double elapsed_s);
 
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

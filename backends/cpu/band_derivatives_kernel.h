@@ -2,7 +2,7 @@
 
 #include "backends/cpu/band_kernel.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Filter and sums of one band of rows of a DRR and its six derivative images: what a Gauss-Newton step needs
@@ -159,4 +159,4 @@ private:
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

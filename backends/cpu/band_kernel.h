@@ -2,7 +2,7 @@
 
 #include "backends/cpu/lanes.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Filter and sums of one band of rows: gradients as core/image/gradient_filter.h, both directions from one pass over
@@ -171,4 +171,4 @@ struct Band {
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

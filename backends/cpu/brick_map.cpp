@@ -7,7 +7,7 @@
 
 #include "backends/cpu/kernel_types.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 int bricks(int voxels) { return voxels / kBlockVoxels + (voxels % kBlockVoxels != 0 ? 1 : 0); }
@@ -87,4 +87,4 @@ BrickMap all_occupied(const BrickMap& map) {
     return full;
 }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

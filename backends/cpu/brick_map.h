@@ -6,7 +6,7 @@
 
 #include "backends/cpu/workers.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// Which bricks of kBlockVoxels^3 voxels of a volume hold anything but zeros. Everything that is left out later, in
 /// memory and along rays, follows from this map.
@@ -30,4 +30,4 @@ struct BrickMap {
 /// The same size with every brick said to be occupied: what leaving out is compared with.
 [[nodiscard]] BrickMap all_occupied(const BrickMap& map);
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -6,7 +6,7 @@
 #include "backends/cpu/kernel_dispatch.h"
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 std::string processor_name() {
@@ -20,8 +20,7 @@ std::string processor_name() {
 
 cpu::StorageRule storage_rule(const CpuOptions& options) {
     cpu::StorageRule rule{.max_bytes = static_cast<double>(options.max_volume_bytes)};
-    if (options.storage == "float32") rule.wanted = cpu::kFloat32;
-    if (options.storage == "int16") rule.wanted = cpu::kInt16;
+    if (options.storage) rule.wanted = *options.storage == Storage::int16 ? cpu::kInt16 : cpu::kFloat32;
     return rule;
 }
 
@@ -29,9 +28,9 @@ class CpuBackend final : public Backend {
 public:
     explicit CpuBackend(const CpuOptions& options)
         : kernels_(cpu::choose_kernels(options.instruction_set)),
-          storage_name_(options.storage),
+          storage_name_(options.storage ? storage_name(*options.storage) : "auto"),
           storage_(storage_rule(options)),
-          threads_(options.threads > 0 ? options.threads : cpu::usable_cores()) {}
+          threads_(options.threads.value_or(cpu::usable_cores())) {}
 
     BackendInfo info() const override {
         return {.name = "cpu",
@@ -55,13 +54,10 @@ private:
 }  // namespace
 
 std::unique_ptr<Backend> make_cpu_backend(const CpuOptions& options) {
-    if (options.threads < 0 || options.threads > 1024) {
-        throw bad_value("threads", std::to_string(options.threads), "in [0, 1024], 0 for all cores");
-    }
-    if (options.storage != "auto" && options.storage != "float32" && options.storage != "int16") {
-        throw bad_value("voxel storage", options.storage, "auto, float32 or int16");
+    if (options.threads && !(*options.threads >= 1 && *options.threads <= 1024)) {
+        throw bad_value("threads", std::to_string(*options.threads), "in [1, 1024]");
     }
     return std::make_unique<CpuBackend>(options);
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,7 +7,7 @@
 #include "core/geometry/dominant_axis.h"
 #include "core/image/gradient_filter.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -296,4 +296,4 @@ Image CpuSession::render_frame(const RayFrame& frame) {
     return drr;
 }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -9,7 +9,7 @@
 #include "backends/cpu/workers.h"
 #include "core/backend.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// A scene on the processor. Work is cut into tiles (cast) and bands of rows (filter and sum) whose borders depend on
 /// the image alone, and partial sums are added in order: the result has the same bits at any number of threads.
@@ -23,6 +23,9 @@ public:
     [[nodiscard]] std::string volume_layout() const override { return layouts_->description(); }
     [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
                                                       const Similarity& similarity) override;
+    void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) override {
+        workers_.run(count, [&turn](std::size_t i, int) { turn(i); });
+    }
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;
@@ -85,4 +88,4 @@ private:
     std::ptrdiff_t widest_ = 0;                 ///< stride of a view's rows
 };
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

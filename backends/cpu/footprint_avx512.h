@@ -4,7 +4,7 @@
 
 #include "backends/cpu/joseph_derivatives.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Two rows of eight voxels.
@@ -133,4 +133,4 @@ private:
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

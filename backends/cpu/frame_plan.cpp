@@ -6,7 +6,7 @@
 
 #include "core/geometry/dominant_axis.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 std::vector<float> with_stride(const Image& image, std::ptrdiff_t stride) {
@@ -128,4 +128,4 @@ void plan_weights(ViewPlan& plan, const FixedChannels& fixed, int reach_px) {
     if (std::ranges::count(plan.needed, 0) == 0) plan.needed.clear();
 }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

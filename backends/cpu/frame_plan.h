@@ -6,7 +6,7 @@
 #include "backends/cpu/kernel_types.h"
 #include "core/backend.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// The dominant axes that the rays of a frame have: bit i for axis i. Those in `known` are not looked for.
 [[nodiscard]] unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px, unsigned known);
@@ -44,4 +44,4 @@ void plan_channels(ViewPlan& plan, const FixedChannels& fixed);
 /// filter's radius).
 void plan_weights(ViewPlan& plan, const FixedChannels& fixed, int reach_px);
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -3,7 +3,7 @@
 #include "backends/cpu/joseph_packet.h"
 #include "backends/cpu/pairs.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// The four voxels around a sample in a plane.
@@ -110,4 +110,4 @@ void store_derivatives(const CastJob& job, int axis, const Packet& packet) {
 }
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

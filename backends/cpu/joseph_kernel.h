@@ -4,7 +4,7 @@
 #include "backends/cpu/joseph_tile.h"
 #include "backends/cpu/pairs.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Joseph's method for one tile: packets of rays walk the planes of their dominant axis, slab by slab (see
@@ -248,4 +248,4 @@ private:
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

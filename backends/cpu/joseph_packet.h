@@ -2,7 +2,7 @@
 
 #include "backends/cpu/lanes.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// What a kernel sums along rays: values only, or the slopes that pose derivatives need as well.
@@ -45,4 +45,4 @@ struct Footprint {
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

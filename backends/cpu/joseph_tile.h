@@ -2,7 +2,7 @@
 
 #include "backends/cpu/joseph_packet.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Slopes that bound all lanes of a tile.
@@ -154,4 +154,4 @@ private:
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -2,9 +2,9 @@
 #include "backends/cpu/kernels.h"
 #include "backends/cpu/pairs_avx2.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 extern const KernelTable kAvx2Kernels;  // read by kernel_dispatch.cpp
 constinit const KernelTable kAvx2Kernels = make_kernel_table<xsimd::fma3<xsimd::avx2>>("avx2");
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

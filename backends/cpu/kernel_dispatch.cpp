@@ -6,7 +6,7 @@
 #include "backends/cpu/cpu_backend.h"
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace cpu {
 
 // Asked of the compiler's run-time library: xsimd 8.1 reads SSE2 from the wrong bit and never asks whether the system
@@ -27,49 +27,55 @@ extern const KernelTable kNeonKernels;
 
 namespace {
 
-struct Entry {
+struct KernelEntry {
+    InstructionSet set;
     const KernelTable* kernels;
     bool (*available)();
 };
 
 /// Best first.
-constexpr Entry kEntries[] = {
+constexpr KernelEntry kEntries[] = {
 #if defined(__x86_64__)
-    {&kAvx512Kernels, has_avx512},
-    {&kAvx2Kernels, has_avx2},
-    {&kSse2Kernels, [] { return true; }},
+    {InstructionSet::avx512, &kAvx512Kernels, has_avx512},
+    {InstructionSet::avx2, &kAvx2Kernels, has_avx2},
+    {InstructionSet::sse2, &kSse2Kernels, [] { return true; }},
 #else
-    {&kNeonKernels, [] { return true; }},
+    {InstructionSet::neon, &kNeonKernels, [] { return true; }},
 #endif
 };
 
+std::optional<InstructionSet> from_environment() {
+    const char* const name = std::getenv("RAYLIGN_INSTRUCTION_SET");
+    if (name == nullptr || *name == 0) return std::nullopt;
+    std::string valid;
+    for (const KernelEntry& entry : kEntries) {
+        if (instruction_set_name(entry.set) == name) return entry.set;
+        valid += (valid.empty() ? "one of " : ", ") + std::string(instruction_set_name(entry.set));
+    }
+    throw bad_value("instruction set", name, valid, "RAYLIGN_INSTRUCTION_SET");
+}
+
 }  // namespace
 
-const KernelTable& choose_kernels(const std::string& name) {
-    std::string wanted = name, where;
-    if (wanted.empty()) {
-        if (const char* from_environment = std::getenv("RAYLIGN_INSTRUCTION_SET")) {
-            wanted = from_environment;
-            where = "RAYLIGN_INSTRUCTION_SET";
-        }
+const KernelTable& choose_kernels(std::optional<InstructionSet> wanted) {
+    if (!wanted) wanted = from_environment();
+    for (const KernelEntry& entry : kEntries) {
+        if (wanted ? *wanted != entry.set : !entry.available()) continue;
+        if (entry.available()) return *entry.kernels;
+        throw Error("instruction set " + std::string(instruction_set_name(entry.set)) +
+                        ": this processor does not have it",
+                    ErrorKind::unavailable);
     }
-    std::string valid;
-    for (const Entry& entry : kEntries) {
-        valid += (valid.empty() ? "" : ", ") + std::string(entry.kernels->name);
-        if (wanted.empty() ? entry.available() : wanted == entry.kernels->name) {
-            if (entry.available()) return *entry.kernels;
-            throw Error("instruction set " + wanted + ": this processor does not have it", ErrorKind::unavailable);
-        }
-    }
-    throw bad_value("instruction set", wanted, "one of " + valid, where);
+    throw Error("instruction set " + std::string(instruction_set_name(*wanted)) + ": this build has no kernels for it",
+                ErrorKind::unavailable);
 }
 
 }  // namespace cpu
 
 std::vector<InstructionSetStatus> cpu_instruction_sets() {
     std::vector<InstructionSetStatus> list;
-    for (const cpu::Entry& entry : cpu::kEntries) list.push_back({entry.kernels->name, entry.available()});
+    for (const cpu::KernelEntry& entry : cpu::kEntries) list.push_back({entry.set, entry.available()});
     return list;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

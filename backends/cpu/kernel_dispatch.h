@@ -1,14 +1,15 @@
 #pragma once
 
-#include <string>
+#include <optional>
 
 #include "backends/cpu/kernel_types.h"
+#include "raylign/backends.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
-/// The kernels of the instruction set of that name; "" takes the environment's RAYLIGN_INSTRUCTION_SET, else the best
-/// that this processor has. Throws Error for a name that this build does not know (the message lists the valid ones),
-/// and of kind unavailable for a set that this processor lacks.
-[[nodiscard]] const KernelTable& choose_kernels(const std::string& name);
+/// The kernels of the instruction set; none takes the environment's RAYLIGN_INSTRUCTION_SET, else the best that this
+/// processor has. Throws Error for a name in the environment that is none, and of kind unavailable for a set that this
+/// processor or this build lacks.
+[[nodiscard]] const KernelTable& choose_kernels(std::optional<InstructionSet> wanted);
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -1,9 +1,9 @@
 // The kernels for NEON of 64-bit ARM.
 #include "backends/cpu/kernels.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 extern const KernelTable kNeonKernels;  // read by kernel_dispatch.cpp
 constinit const KernelTable kNeonKernels = make_kernel_table<xsimd::neon64>("neon");
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -2,9 +2,9 @@
 #include "backends/cpu/kernels.h"
 #include "backends/cpu/pairs_sse2.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 extern const KernelTable kSse2Kernels;  // read by kernel_dispatch.cpp
 constinit const KernelTable kSse2Kernels = make_kernel_table<xsimd::sse2>("sse2");
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -6,7 +6,7 @@
 // What the kernels and the rest of the engine hand each other: plain structs, no functions. This header is compiled
 // once per instruction set, so anything with code in it would become a weak symbol that the linker may take from the
 // AVX-512 file.
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 constexpr int kTilePx = 32;  ///< side of the square of pixels that is cast at once: its slab of voxels stays in the L2
 constexpr int kSlabPlanes = 16;  ///< planes that all rays of a tile pass before the next ones are touched
@@ -108,4 +108,4 @@ struct KernelTable {
     void (*sum_band_derivatives)(const BandJob&, BandDerivativeSums*) noexcept;
 };
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

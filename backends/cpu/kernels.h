@@ -4,7 +4,7 @@
 #include "backends/cpu/joseph_kernel.h"
 #include "backends/cpu/trilinear_kernel.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 template <class Arch>
@@ -26,4 +26,4 @@ constexpr KernelTable make_kernel_table(const char* name) {
 }
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

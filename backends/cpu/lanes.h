@@ -7,7 +7,7 @@
 
 #include "backends/cpu/kernel_types.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// A packet is a small rectangle of pixels, one per vector lane: close rays read close voxels.
@@ -167,4 +167,4 @@ inline bool is_occupied(const PlaneLayout& layout, int slab, const Range& rows, 
 }
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

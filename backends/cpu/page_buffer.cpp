@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 constexpr std::size_t kHugePage = PageBuffer::kPageBytes;
@@ -74,4 +74,4 @@ std::size_t free_memory() {
     return std::min(bytes, free_in_container());
 }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <memory>
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// Zeroed memory for voxels, on pages of 2 MiB where the system has them: a slab touches thousands of rows, each on a
 /// 4-KiB page of its own otherwise. The system clears a page when it is first touched, by the thread that touches it.
@@ -30,4 +30,4 @@ private:
 /// Memory that this process can still get [bytes]: what is free or can be freed, and no more than a container's limit.
 [[nodiscard]] std::size_t free_memory();
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -2,7 +2,7 @@
 
 #include "backends/cpu/lanes.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Loads voxels[index] and voxels[index + 1] for every lane. Neighbours come in one load: half the loads of two
@@ -30,4 +30,4 @@ struct Pairs {
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -4,7 +4,7 @@
 
 #include "backends/cpu/pairs.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Two pairs in each half of a register.
@@ -38,4 +38,4 @@ struct Pairs<xsimd::fma3<xsimd::avx2>> {
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -4,7 +4,7 @@
 
 #include "backends/cpu/pairs.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 template <>
@@ -49,4 +49,4 @@ private:
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -4,7 +4,7 @@
 
 #include "backends/cpu/pairs.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Two pairs in one register.
@@ -40,4 +40,4 @@ struct Pairs<xsimd::sse2> {
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

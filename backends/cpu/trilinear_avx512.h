@@ -5,7 +5,7 @@
 #include "backends/cpu/footprint_avx512.h"
 #include "backends/cpu/trilinear_packet.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// Trilinear samples without gathers. Between two planes, a packet's samples meet at most 8x8 voxels of each: plain
@@ -272,4 +272,4 @@ private:
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -4,7 +4,7 @@
 #include "backends/cpu/joseph_tile.h"
 #include "backends/cpu/trilinear_packet.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// The midpoint rule for one tile: samples at (k + 1/2) step from the source, with their slopes where derivatives are
@@ -243,4 +243,4 @@ private:
 };
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -2,7 +2,7 @@
 
 #include "backends/cpu/joseph_packet.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 /// The rays of a packet as sample positions. Arrays of three are in the layout's order: plane, row, column.
@@ -115,4 +115,4 @@ void store_trilinear_derivatives(const CastJob& job, int axis, const Packet& pac
 }
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

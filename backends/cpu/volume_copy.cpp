@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 constexpr int kSquare = 16;  ///< voxels on a side of what is transposed at once: a cache line of floats
@@ -234,4 +234,4 @@ void VolumeCopy::count_pages(const BrickMap& map) {
     bytes_ = std::min<std::size_t>(std::ranges::count(touched, true) * kPage, buffer_.bytes());
 }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

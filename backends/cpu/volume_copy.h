@@ -8,7 +8,7 @@
 #include "backends/cpu/page_buffer.h"
 #include "backends/cpu/workers.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// A strided view of voxels, in x, y, z order. Those outside [begin, end) are zeros that are not there.
 struct VoxelSource {
@@ -66,4 +66,4 @@ private:
     std::size_t bytes_ = 0;
 };
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 constexpr MemoryOrder kOrders[] = {{2, 1, 0}, {0, 2, 1}, {2, 1, 0}};
@@ -127,4 +127,4 @@ std::string VolumeLayouts::description() const {
     return text + " voxels";
 }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -11,7 +11,7 @@
 #include "backends/cpu/workers.h"
 #include "raylign/volume.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// The volume as planes across each axis (see PlaneLayout), and which parts of it are empty. One copy with neighbours
 /// along x serves the axes y and z, one with neighbours along y serves the axis x (beyond 2^31 voxels, where 32 bits do
@@ -65,4 +65,4 @@ struct StorageRule {
 [[nodiscard]] VolumeLayouts make_layouts(const Volume& volume, const StorageRule& rule, int first_axis,
                                          Workers& workers);
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

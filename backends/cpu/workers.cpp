@@ -8,7 +8,7 @@
 #include <atomic>
 #include <optional>
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// More than any option allows, and the same for all: the smallest of several such limits counts, and TBB complains on
 /// stderr about each arena beyond it.
@@ -46,4 +46,4 @@ void Workers::run(std::size_t count, const void* object, void (*turn)(const void
 
 int usable_cores() { return tbb::info::default_concurrency(); }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <memory>
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// Threads to run loops on. Which thread takes which turn is left to chance: turns must not depend on each other.
 class Workers {
@@ -33,4 +33,4 @@ private:
 /// Cores that this process may use (its affinity mask, not the machine's count).
 [[nodiscard]] int usable_cores();
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 /// A new text for the loader's message, which names the file: "libEGL.so.1: cannot open shared object file: ...".
@@ -43,4 +43,4 @@ Api load_api(const std::string& library) {
     return api;
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

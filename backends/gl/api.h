@@ -11,7 +11,7 @@
 
 // The prototypes serve decltype only: nothing is linked, so that the program starts where no GL library is installed.
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 // clang-format off
 #define RAYLIGN_EGL_FUNCTIONS(X) \
@@ -56,4 +56,4 @@ using Gl = Api::Gl;
 /// or the function that is missing. The library stays open until the process ends: drivers do not survive unloading.
 [[nodiscard]] Api load_api(const std::string& library = "libEGL.so.1");
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

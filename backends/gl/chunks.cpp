@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr double kMostParts = 4096;
@@ -28,4 +28,4 @@ std::vector<Chunk> plan_chunks(std::span<const double> samples, const ChunkLimit
     return chunks;
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

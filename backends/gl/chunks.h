@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// Frames that are submitted together; a frame that takes too long alone is cut into parts by rows.
 struct Chunk {
@@ -22,4 +22,4 @@ struct ChunkLimits {
 /// seconds. `samples`: per frame.
 [[nodiscard]] std::vector<Chunk> plan_chunks(std::span<const double> samples, const ChunkLimits& limits);
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 #ifdef NDEBUG
@@ -229,4 +229,4 @@ Current::~Current() {
     egl.BindAPI(api_);
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

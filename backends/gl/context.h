@@ -12,7 +12,7 @@
 #include "backends/gl/displays.h"
 #include "backends/gl/handles.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 struct Limits {
     int texture_3d = 0;      ///< voxels along one axis of a 3-D texture
@@ -102,4 +102,4 @@ private:
     bool switched_ = false;
 };
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

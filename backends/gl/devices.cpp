@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 std::optional<int> index_of(const std::string& wanted) {
@@ -81,4 +81,4 @@ std::shared_ptr<Context> open_device(const Api& api, const DeviceChoice& choice)
     throw none(choice, reasons);
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

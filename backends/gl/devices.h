@@ -6,7 +6,7 @@
 
 #include "backends/gl/context.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// Which device to take.
 struct DeviceChoice {
@@ -28,4 +28,4 @@ struct DeviceEntry {
 /// reason of each device passed over.
 [[nodiscard]] std::shared_ptr<Context> open_device(const Api& api, const DeviceChoice& choice);
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

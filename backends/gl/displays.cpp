@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
-std::vector<Display> list_devices(const Api& api) {
+std::vector<Display> displays_of_devices(const Api& api) {
     if (api.egl.QueryDevicesEXT == nullptr || api.egl.GetPlatformDisplayEXT == nullptr) return {};
     EGLint count = 0;
     if (!api.egl.QueryDevicesEXT(0, nullptr, &count) || count <= 0) return {};
@@ -42,7 +42,7 @@ bool has_extension(const char* extensions, std::string_view name) {
 }
 
 std::vector<Display> list_displays(const Api& api) {
-    std::vector<Display> displays = list_devices(api);
+    std::vector<Display> displays = displays_of_devices(api);
     if (!displays.empty()) return displays;
     const char* client = api.egl.QueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     if (api.egl.GetPlatformDisplayEXT != nullptr && has_extension(client, "EGL_MESA_platform_surfaceless")) {
@@ -76,4 +76,4 @@ std::string display_name(const Display& display) {
     return display.node.empty() ? "EGL device" : "EGL device " + display.node;
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

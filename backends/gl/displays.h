@@ -6,7 +6,7 @@
 
 #include "backends/gl/api.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// A way to reach OpenGL without a window: an EGL device, or one of the two displays that need none.
 struct Display {
@@ -30,4 +30,4 @@ struct Display {
 /// Is `name` in a list of extensions separated by blanks (which may be null)?
 [[nodiscard]] bool has_extension(const char* extensions, std::string_view name);
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

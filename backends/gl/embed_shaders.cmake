@@ -8,7 +8,7 @@ foreach(path IN LISTS files)
 endforeach()
 file(WRITE ${OUTPUT} "#include \"backends/gl/shader_files.h\"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr ShaderFile kFiles[] = {
@@ -18,5 +18,5 @@ ${entries}};
 
 std::span<const ShaderFile> shader_files() { return kFiles; }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl
 ")

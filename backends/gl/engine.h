@@ -20,11 +20,12 @@
 //   gl_backend   the interface of core/backend.h
 // Geometry comes from core as RayFrames in double; floats begin at positions near the volume. Sums leave in double.
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// As those of namespace raylign, with the functions of `api`: tests put faults there.
-[[nodiscard]] std::unique_ptr<Backend> make_gl_backend(const Api& api, const GlOptions& options);
-[[nodiscard]] std::unique_ptr<Backend> make_gl_2006_backend(const Api& api, const GlOptions& options,
-                                                            const PaperBaselines& baselines = {});
+[[nodiscard]] std::unique_ptr<Backend> make_gl_backend(const Api& api, const GlOptions& options,
+                                                       Software software = Software::allowed);
+[[nodiscard]] std::unique_ptr<Backend> make_gl_2006_backend(const Api& api, const Gl2006Options& options,
+                                                            Software software = Software::allowed);
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -4,7 +4,7 @@
 
 #include "core/geometry/dominant_axis.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr double kFarAway_mm = 1e30;  ///< stands for a detector at infinity: inf times 0 would be NaN
@@ -74,4 +74,4 @@ unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px) {
     return possible;
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -5,7 +5,7 @@
 #include "backends/gl/shared.h"
 #include "core/geometry/ray_frame.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// What a frame is computed with: the view's size and the part of the volume that is on the device.
 struct FrameContext {
@@ -22,4 +22,4 @@ struct FrameContext {
 /// Which axes may be the dominant one of some ray of the image: bit 0 for x. At most a few too many.
 [[nodiscard]] unsigned axes_met(const RayFrame& frame, const Eigen::Vector2i& size_px);
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -5,20 +5,18 @@
 #include "backends/gl/paper_session.h"
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace gl {
 namespace {
 
 /// What BackendInfo::timing says of StageClock.
 const char* timing_of(const Device& device) { return device.software ? "fenced wall clock" : "timer queries"; }
 
-Storage storage_of(const GlOptions& options) { return options.storage == "int16" ? Storage::int16 : Storage::float32; }
-
 /// The device that both engines work on. A reset takes the whole context with it; the device itself comes back.
 class Owner {
 public:
-    Owner(const Api& api, const GlOptions& options)
-        : api_(api), context_(open_device(api, {options.device, options.software_allowed})) {}
+    Owner(const Api& api, const GlOptions& options, Software software)
+        : api_(api), context_(open_device(api, {options.device, software == Software::allowed})) {}
 
     [[nodiscard]] const Device& device() const { return context_->device(); }
     [[nodiscard]] std::shared_ptr<Context> working_context() {
@@ -33,19 +31,21 @@ private:
 
 class GlBackend final : public Backend {
 public:
-    GlBackend(const Api& api, const GlOptions& options) : options_(options), owner_(api, options) {}
+    GlBackend(const Api& api, const GlOptions& options, Software software)
+        : options_(options), owner_(api, options, software) {}
 
     BackendInfo info() const override {
         return {.name = "gl",
                 .summary = "OpenGL compute shaders, headless",
                 .device = owner_.device().renderer,
-                .storage = options_.storage,
-                .interpolation = options_.interpolation,
+                .storage = std::string(storage_name(options_.storage)),
+                .interpolation = std::string(interpolation_name(options_.interpolation)),
                 .timing = timing_of(owner_.device())};
     }
     std::unique_ptr<Session> prepare(const Scene& scene) override {
-        const PipelineOptions options{
-            .storage = storage_of(options_), .exact = options_.interpolation == "exact", .crop = options_.crop};
+        const PipelineOptions options{.storage = options_.storage,
+                                      .exact = options_.interpolation == Interpolation::exact,
+                                      .crop = options_.crop};
         return std::make_unique<GlSession>(owner_.working_context(), scene, options);
     }
 
@@ -56,73 +56,50 @@ private:
 
 class PaperBackend final : public Backend {
 public:
-    PaperBackend(const Api& api, const GlOptions& options, const PaperBaselines& baselines)
-        : options_(options), baselines_(baselines), owner_(api, options) {}
+    PaperBackend(const Api& api, const Gl2006Options& options, Software software)
+        : options_(options), owner_(api, options, software) {}
 
     BackendInfo info() const override {
         return {.name = "gl-2006",
                 .summary = "the 2006 paper's pipeline in fragment shaders, for comparison",
                 .device = owner_.device().renderer,
-                .storage = options_.storage,
-                .interpolation = options_.interpolation,
+                .storage = std::string(storage_name(options_.storage)),
+                .interpolation = std::string(interpolation_name(options_.interpolation)),
                 .timing = timing_of(owner_.device()),
                 .has_derivatives = false};
     }
     std::unique_ptr<Session> prepare(const Scene& scene) override {
-        const bool joseph = scene.render.projector == Projector::joseph;
-        if (!baselines_.slices.empty() && (baselines_.slices == "object-aligned") != joseph) {
-            throw bad_value("slices", baselines_.slices, joseph ? "object-aligned" : "view-aligned",
-                            "gl-2006 with projector " + std::string(projector_name(scene.render.projector)));
-        }
-        const PaperOptions options{.storage = storage_of(options_),
-                                   .exact = options_.interpolation == "exact",
+        check_slices(scene.render.projector);
+        const PaperOptions options{.storage = options_.storage,
+                                   .exact = options_.interpolation == Interpolation::exact,
                                    .crop = options_.crop,
-                                   .reduction = baselines_.reduction == "passes"   ? Reduction::passes
-                                                : baselines_.reduction == "mipmap" ? Reduction::mipmap
-                                                                                   : Reduction::mipmap_half,
-                                   .read_images = baselines_.readback == "image"};
+                                   .reduction = options_.reduction,
+                                   .read_images = options_.readback == Gl2006Options::Readback::image};
         return std::make_unique<PaperSession>(owner_.working_context(), scene, options);
     }
 
 private:
-    GlOptions options_;
-    PaperBaselines baselines_;
+    void check_slices(Projector projector) const {
+        using Slices = Gl2006Options::Slices;
+        const Slices fitting = projector == Projector::joseph ? Slices::object_aligned : Slices::view_aligned;
+        if (!options_.slices || *options_.slices == fitting) return;
+        const auto name = [](Slices s) { return s == Slices::object_aligned ? "object-aligned" : "view-aligned"; };
+        throw bad_value("slices", name(*options_.slices), name(fitting),
+                        "gl-2006 with projector " + std::string(projector_name(projector)));
+    }
+
+    Gl2006Options options_;
     Owner owner_;
 };
 
-void check(const GlOptions& options) {
-    if (options.storage != "float32" && options.storage != "int16") {
-        throw bad_value("storage", options.storage, "float32 or int16");
-    }
-    if (options.interpolation != "hardware" && options.interpolation != "exact") {
-        throw bad_value("interpolation", options.interpolation, "hardware or exact");
-    }
-}
-
-void check(const PaperBaselines& baselines) {
-    if (!baselines.slices.empty() && baselines.slices != "view-aligned" && baselines.slices != "object-aligned") {
-        throw bad_value("slices", baselines.slices, "view-aligned or object-aligned");
-    }
-    if (baselines.reduction != "passes" && baselines.reduction != "mipmap" && baselines.reduction != "mipmap-half") {
-        throw bad_value("reduction", baselines.reduction, "passes, mipmap or mipmap-half");
-    }
-    if (baselines.readback != "sums" && baselines.readback != "image") {
-        throw bad_value("readback", baselines.readback, "sums or image");
-    }
-}
-
 }  // namespace
 
-std::unique_ptr<Backend> make_gl_backend(const Api& api, const GlOptions& options) {
-    check(options);
-    return std::make_unique<GlBackend>(api, options);
+std::unique_ptr<Backend> make_gl_backend(const Api& api, const GlOptions& options, Software software) {
+    return std::make_unique<GlBackend>(api, options, software);
 }
 
-std::unique_ptr<Backend> make_gl_2006_backend(const Api& api, const GlOptions& options,
-                                              const PaperBaselines& baselines) {
-    check(options);
-    check(baselines);
-    return std::make_unique<PaperBackend>(api, options, baselines);
+std::unique_ptr<Backend> make_gl_2006_backend(const Api& api, const Gl2006Options& options, Software software) {
+    return std::make_unique<PaperBackend>(api, options, software);
 }
 
 }  // namespace gl
@@ -141,12 +118,12 @@ std::vector<GlDevice> gl_devices(std::string& problem) {
     return devices;
 }
 
-std::unique_ptr<Backend> make_gl_backend(const GlOptions& options) {
-    return gl::make_gl_backend(gl::load_api(), options);
+std::unique_ptr<Backend> make_gl_backend(const GlOptions& options, Software software) {
+    return gl::make_gl_backend(gl::load_api(), options, software);
 }
 
-std::unique_ptr<Backend> make_gl_2006_backend(const GlOptions& options, const PaperBaselines& baselines) {
-    return gl::make_gl_2006_backend(gl::load_api(), options, baselines);
+std::unique_ptr<Backend> make_gl_2006_backend(const Gl2006Options& options, Software software) {
+    return gl::make_gl_2006_backend(gl::load_api(), options, software);
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -112,4 +112,4 @@ Image GlSession::render_frame(const RayFrame& frame) {
     return image;
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

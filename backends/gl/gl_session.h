@@ -7,7 +7,7 @@
 #include "backends/gl/pipeline.h"
 #include "core/backend.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// A scene on a device. What is rendered on it stays there: only sums come back, as doubles in a mapped buffer.
 class GlSession final : public Session {
@@ -39,4 +39,4 @@ private:
     std::vector<MomentSums> fixed_sums_;  ///< [view][channel], the moving ones 0
 };
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -5,7 +5,7 @@
 
 #include "backends/gl/api.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// Owns one OpenGL object; moves, never copies. Its context must be current when it goes. `deleter`: the function of
 /// the table that deletes such objects; `type`: their kind for labels, e.g. GL_BUFFER.
@@ -75,4 +75,4 @@ using Program = Handle<&Gl::DeleteProgram, GL_PROGRAM>;
     return {gl, id, label};
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

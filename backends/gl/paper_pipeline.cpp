@@ -1,12 +1,12 @@
 #include "backends/gl/paper_pipeline.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/linear_algebra.h"
 #include "backends/gl/programs.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 enum TextureUnit : GLuint { kFirstUnit = 4, kSecondUnit = 5 };  ///< after the volume's
@@ -29,7 +29,7 @@ static_assert(sizeof(DrawData) == 112);
 PaperPipeline::SliceRange shells(const RayFrame& frame, const VoxelGrid& grid, const VoxelBox& box, double step_mm) {
     Eigen::Matrix3d voxel_from_ray;
     voxel_from_ray << frame.direction_voxel, frame.step_u_voxel, frame.step_v_voxel;
-    const Eigen::RowVector3d depth_row = voxel_from_ray.inverse().row(0);
+    const Eigen::RowVector3d depth_row = inverse_of(voxel_from_ray).row(0);
     const Eigen::Vector3d low = (box.first - Eigen::Vector3i::Ones()).cast<double>();
     const Eigen::Vector3d high = (box.first + box.size).cast<double>();
     const Eigen::Vector3d closest = frame.source_voxel.cwiseMax(low).cwiseMin(high) - frame.source_voxel;
@@ -296,4 +296,4 @@ Image PaperPipeline::render(const RayFrame& frame) {
     return image;
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -10,11 +10,11 @@
 #include "backends/gl/volume_textures.h"
 #include "core/backend.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// How the five sums are made: by 3x3-to-1 passes [Ino06], or as means by mipmaps [Chisu 2005], in half floats as on
 /// the hardware of that time.
-enum class Reduction { passes, mipmap, mipmap_half };
+using Reduction = Gl2006Options::Reduction;
 
 struct PaperOptions {
     Storage storage = Storage::int16;
@@ -110,4 +110,4 @@ private:
     std::size_t bytes_to_host_ = 0;
 };
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

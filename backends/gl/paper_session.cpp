@@ -5,11 +5,11 @@
 
 #include "core/base/error.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_after(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 }  // namespace
 
@@ -19,7 +19,7 @@ PaperSession::PaperSession(std::shared_ptr<Context> context, const Scene& scene,
     fixed_sums_ = fixed_sums(fixed());
     const Current current(*context_);
     pipeline_ = std::make_unique<PaperPipeline>(*context_, scene, fixed(), options);
-    timing_.prepare_s += seconds_since(start);
+    timing_.prepare_s += seconds_after(start);
 }
 
 PaperSession::PaperSession(const PaperSession& resident, std::span<const View> views, const Similarity& similarity)
@@ -28,7 +28,7 @@ PaperSession::PaperSession(const PaperSession& resident, std::span<const View> v
     fixed_sums_ = fixed_sums(fixed());
     const Current current(*context_);
     pipeline_ = std::make_unique<PaperPipeline>(*resident.pipeline_, views, similarity, fixed());
-    timing_.prepare_s += seconds_since(start);
+    timing_.prepare_s += seconds_after(start);
 }
 
 std::unique_ptr<Session> PaperSession::with_views(std::span<const View> views, const Similarity& similarity) {
@@ -65,7 +65,7 @@ void PaperSession::timed(const Work& work) {
     timing_.drr_s += stages[0];
     timing_.gradient_s += stages[1];
     timing_.reduction_s += stages[2];
-    timing_.transfer_s += std::max(seconds_since(start) - stages[0] - stages[1] - stages[2], 0.0);
+    timing_.transfer_s += std::max(seconds_after(start) - stages[0] - stages[1] - stages[2], 0.0);
 }
 
 void PaperSession::accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) {
@@ -92,4 +92,4 @@ Image PaperSession::render_frame(const RayFrame& frame) {
     return image;
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -7,7 +7,7 @@
 #include "backends/gl/paper_pipeline.h"
 #include "core/backend.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// A scene on a device, evaluated as in [Ino06]. The paper has no analytic derivatives, and so linearize throws Error.
 class PaperSession final : public Session {
@@ -38,4 +38,4 @@ private:
     std::vector<MomentSums> fixed_sums_;  ///< [view][channel], the moving ones 0
 };
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -3,7 +3,7 @@
 
 #include "backends/gl/paper_pipeline.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 PaperPipeline::PaperPipeline(const PaperPipeline& resident, std::span<const raylign::View> views,
                              const Similarity& similarity, const std::vector<FixedChannels>& fixed)
@@ -78,4 +78,4 @@ void PaperPipeline::make_view(const raylign::View& view) {
     views_.push_back(std::move(made));
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

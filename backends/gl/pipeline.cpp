@@ -6,7 +6,7 @@
 #include "backends/gl/programs.h"
 #include "core/base/error.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr GLbitfield kReadBack = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
@@ -155,4 +155,4 @@ void Pipeline::bind(const Job& job) const {
     volume_->bind();
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -12,7 +12,7 @@
 #include "backends/gl/volume_textures.h"
 #include "core/backend.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 struct PipelineOptions {
     Storage storage = Storage::int16;
@@ -105,4 +105,4 @@ private:
     const double* mapped_sums_ = nullptr;
 };
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -4,7 +4,7 @@
 #include "backends/gl/pipeline.h"
 #include "backends/gl/programs.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 enum UniformLocation : GLint { kFirstFrame, kFirstRow, kImagesPerFrame, kSumsPerFrame };
@@ -216,4 +216,4 @@ void Pipeline::total(const Job& job, const Chunk& chunk) {
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 std::string_view find_file(std::string_view name, std::span<const ShaderFile> files) {
@@ -135,4 +135,4 @@ GLuint program(Context& context, const ProgramSource& source, std::span<const Sh
     return context.programs().emplace(key, std::move(made)).first->second.id();
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

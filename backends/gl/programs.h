@@ -8,7 +8,7 @@
 #include "backends/gl/context.h"
 #include "backends/gl/shader_files.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// "#define NAME VALUE" at the top of a shader.
 struct Define {
@@ -40,4 +40,4 @@ struct ShaderText {
 [[nodiscard]] GLuint program(Context& context, const ProgramSource& source,
                              std::span<const ShaderFile> files = shader_files());
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/image/gradient_filter.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 float f(double value) { return static_cast<float>(value); }
@@ -103,4 +103,4 @@ VoxelBox box_of(const Scene& scene, bool crop) {
     return crop ? object_box(scene.volume) : VoxelBox{Eigen::Vector3i::Zero(), scene.volume.grid.size};
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

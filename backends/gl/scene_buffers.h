@@ -7,7 +7,7 @@
 #include "backends/gl/volume_textures.h"
 #include "core/backend.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 inline constexpr int kStripPx = 4;  ///< pixels of a strip (filter.glsl)
 inline constexpr int kMostTaps = 2 * 64 + 1 + 2 * (kStripPx - 1);
@@ -51,4 +51,4 @@ void bind(const Gl& gl, const SceneBuffers& buffers);
 /// What of the volume goes to the device.
 [[nodiscard]] VoxelBox box_of(const Scene& scene, bool crop);
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -3,7 +3,7 @@
 #include <span>
 #include <string_view>
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 /// A file of shaders/, put into the program by CMake (embed_shaders.cmake).
 struct ShaderFile {
@@ -11,4 +11,4 @@ struct ShaderFile {
 };
 [[nodiscard]] std::span<const ShaderFile> shader_files();
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

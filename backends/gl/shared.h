@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace raylign::gl::shared {
+namespace raylign::detail::gl::shared {
 
 /// What GLSL calls by the same names.
 struct alignas(16) vec4 {
@@ -17,4 +17,4 @@ struct alignas(16) uvec4 {
 static_assert(sizeof(FrameData) == 80 && sizeof(DerivativeData) == 6 * 64);
 static_assert(sizeof(ViewData) == 32 && sizeof(SceneData) == 64);
 
-}  // namespace raylign::gl::shared
+}  // namespace raylign::detail::gl::shared

@@ -1,6 +1,6 @@
 #include "backends/gl/stage_clock.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 void StageClock::begin() {
     if (!context_.device().software) {
@@ -40,4 +40,4 @@ StageSeconds StageClock::collect() {
     return std::exchange(seconds_, {});
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

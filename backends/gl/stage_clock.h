@@ -6,7 +6,7 @@
 
 #include "backends/gl/context.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 
 enum class Stage { drr, gradient, reduction, count };
 using StageSeconds = std::array<double, static_cast<std::size_t>(Stage::count)>;
@@ -33,4 +33,4 @@ private:
     std::chrono::steady_clock::time_point last_;
 };
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -9,7 +9,7 @@
 #include "backends/gl/programs.h"
 #include "core/base/error.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr std::size_t kUploadVoxels = std::size_t{1} << 20;  ///< converted at once: a few MiB beside the volume
@@ -198,4 +198,4 @@ std::size_t VolumeTextures::bytes() const {
     return made * voxels * (storage_ == Storage::int16 ? 2 : 4);
 }
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -6,14 +6,10 @@
 #include <string>
 
 #include "backends/gl/context.h"
+#include "raylign/backends.h"
 #include "raylign/volume.h"
 
-namespace raylign::gl {
-
-enum class Storage {
-    int16,  ///< 16-bit texels, voxels rounded to a 65535th of their range; attenuation 0 is kept exactly
-    float32,
-};
+namespace raylign::detail::gl {
 
 /// Texel t stands for attenuation scale_per_mm * (t - zero).
 struct TexelScale {
@@ -64,4 +60,4 @@ private:
     std::array<Texture, 4> textures_;
 };
 
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

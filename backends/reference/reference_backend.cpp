@@ -7,7 +7,7 @@
 
 #include "core/geometry/dominant_axis.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -133,13 +133,13 @@ protected:
         for (std::size_t i = 0; i < frames.size(); ++i) {
             const Image drr = render_frame(frames[i]);
             auto start = std::chrono::steady_clock::now();
-            const std::vector<Image> moving = raylign::moving_channels(drr, similarity_);
+            const std::vector<Image> moving = detail::moving_channels(drr, similarity_);
             timing_.gradient_s += seconds_since(start);
             start = std::chrono::steady_clock::now();
             const FixedChannels& fixed_view = fixed()[frames[i].view];
             for (std::size_t c = 0; c < moving.size(); ++c) {
                 sums[i * moving.size() + c] =
-                    raylign::moment_sums(fixed_view.channels[c], moving[c], fixed_view.weights);
+                    detail::moment_sums(fixed_view.channels[c], moving[c], fixed_view.weights);
             }
             timing_.reduction_s += seconds_since(start);
         }
@@ -148,12 +148,12 @@ protected:
     void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
                     std::span<JacobianSums> sums) override {
         for (std::size_t i = 0; i < frames.size(); ++i) {
-            const std::vector<Image> moving = raylign::moving_channels(render_frame(frames[i]), similarity_);
+            const std::vector<Image> moving = detail::moving_channels(render_frame(frames[i]), similarity_);
             const std::array<Image, 6> derivative_images = render_derivatives(frames[i], derivatives[i]);
             std::vector<std::array<Image, 6>> jacobian(
                 moving.size());  // the filter is linear: it applies to each derivative
             for (int p = 0; p < 6; ++p) {
-                std::vector<Image> channels = raylign::moving_channels(derivative_images[p], similarity_);
+                std::vector<Image> channels = detail::moving_channels(derivative_images[p], similarity_);
                 for (std::size_t c = 0; c < moving.size(); ++c) jacobian[c][p] = std::move(channels[c]);
             }
             const FixedChannels& fixed_view = fixed()[frames[i].view];
@@ -244,4 +244,4 @@ public:
 
 std::unique_ptr<Backend> make_reference_backend() { return std::make_unique<ReferenceBackend>(); }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,9 +4,9 @@
 
 #include "core/backend.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// The oracle: double, scalar, one thread, written to be read. Every other engine is checked against it.
 [[nodiscard]] std::unique_ptr<Backend> make_reference_backend();
 
-}  // namespace raylign
+}  // namespace raylign::detail

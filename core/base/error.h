@@ -1,30 +1,11 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
-namespace raylign {
+#include "raylign/error.h"
 
-/// What went wrong, as far as a caller must act differently on it. Apps map it to the exit code (formats.md).
-enum class ErrorKind {
-    input,        ///< bad input, file or option: exit 2
-    unavailable,  ///< a backend or device that cannot run here: exit 3
-    cancelled,    ///< the caller asked to stop (Ctrl-C): exit 130
-};
-
-/// The one exception of the library. The message says what, its value, what is allowed, and where:
-/// "step_mm = 0 in level 2 of job.json: must be in (0, 10]".
-class Error : public std::runtime_error {
-public:
-    explicit Error(const std::string& message, ErrorKind kind = ErrorKind::input)
-        : std::runtime_error(message), kind_(kind) {}
-
-    [[nodiscard]] ErrorKind kind() const noexcept { return kind_; }
-
-private:
-    ErrorKind kind_;
-};
+namespace raylign::detail {
 
 /// Formats the usual message: "<what> = <value> in <where>: must be <allowed>". An empty `where` is left out.
 [[nodiscard]] inline Error bad_value(std::string_view what, std::string_view value, std::string_view allowed,
@@ -34,4 +15,4 @@ private:
     return Error(message + ": must be " + std::string(allowed));
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -3,7 +3,7 @@
 #include <array>
 #include <charconv>
 
-namespace raylign {
+namespace raylign::detail {
 
 std::string fixed(double value, int digits) {
     std::array<char, 64> text{};
@@ -11,4 +11,4 @@ std::string fixed(double value, int digits) {
     return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(value);
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace raylign {
+namespace raylign::detail {
 
 /// SplitMix64 [Steele, Lea, Flood 2014]: a small generator whose numbers are the same on every machine. std::mt19937
 /// is, too, but the standard's distributions are not: each library samples in its own way. Period 2^64; not for
@@ -58,4 +58,4 @@ private:
     std::uint64_t state_;
 };
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,10 +6,12 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/evaluation/dense_part.h"
 #include "raylign/targets.h"
 #include "raylign/intensity.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kDenseHu = 200;            // cancellous bone and denser
@@ -146,7 +148,7 @@ std::map<std::int64_t, Nearest> nearest_to_centres(const Volume& volume, float t
 
 }  // namespace
 
-double dense_threshold_per_mm(const Volume& volume) {
+double detail::dense_threshold_per_mm(const Volume& volume) {
     const float bone_per_mm = attenuation_from_hu(kDenseHu, hu_presets().front());
     float maximum = 0;
     std::size_t above = 0;

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/image/smooth.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kSubSamples = 4;
@@ -79,4 +79,4 @@ Image with_scatter(const Image& line_integral, double ratio, double sigma_px) {
     return image;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -5,7 +5,7 @@
 #include "raylign/image.h"
 #include "raylign/volume.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 // What an X-ray shows and the CT does not: for simulated X-rays that are harder than DRRs of the same volume.
 
@@ -34,4 +34,4 @@ void change_contrast(Volume& volume, const TissueContrast& contrast);
 /// [0, 100] or a sigma that `smoothed` refuses.
 [[nodiscard]] Image with_scatter(const Image& line_integral, double ratio, double sigma_px);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -5,9 +5,11 @@
 #include <numbers>
 #include <string>
 
+#include "core/evaluation/poisson.h"
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kInversionBelow = 10;  // PTRS is valid from 10 on [Hormann 1993]
@@ -52,7 +54,7 @@ double poisson_by_rejection(Random& random, double mean) {
 
 }  // namespace
 
-double poisson(Random& random, double mean) {
+double detail::poisson(Random& random, double mean) {
     if (!(mean >= 0 && mean <= 1e15)) {
         throw bad_value("mean of a Poisson number", std::to_string(mean), "in [0, 1e15]");
     }

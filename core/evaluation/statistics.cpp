@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 std::vector<double> sorted(std::span<const double> values) {

@@ -8,6 +8,7 @@
 #include "core/base/random.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kFarthestMm = 1000;

@@ -10,6 +10,7 @@
 #include "core/base/random.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kLargestRotationRad = std::numbers::pi / 4;

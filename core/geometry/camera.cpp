@@ -1,39 +1,19 @@
 #include "raylign/camera.h"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <string>
 
+#include "core/base/linear_algebra.h"
+#include "core/geometry/camera.h"
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
-
-/// Upper triangular R with positive diagonal and orthogonal Q such that m = r * q.
-struct RqFactors {
-    Eigen::Matrix3d r, q;
-};
-
-RqFactors rq(const Eigen::Matrix3d& m) {
-    // RQ of m is QR of the row-reversed transpose, reversed back.
-    Eigen::Matrix3d reversal = Eigen::Matrix3d::Zero();
-    reversal(0, 2) = reversal(1, 1) = reversal(2, 0) = 1;
-    const Eigen::HouseholderQR<Eigen::Matrix3d> qr((reversal * m).transpose());
-    const Eigen::Matrix3d upper = qr.matrixQR().triangularView<Eigen::Upper>();
-    Eigen::Matrix3d r = reversal * upper.transpose() * reversal;
-    Eigen::Matrix3d q = reversal * Eigen::Matrix3d(qr.householderQ()).transpose();
-    for (int i = 0; i < 3; ++i) {
-        if (r(i, i) < 0) {
-            r.col(i) = -r.col(i);
-            q.row(i) = -q.row(i);
-        }
-    }
-    return {r, q};
-}
 
 }  // namespace
 
@@ -75,16 +55,16 @@ ViewGeometry view_from_projection_matrix(const Eigen::Matrix<double, 3, 4>& pixe
     }
     p /= row_norm;  // the third row now measures depth in mm, up to its sign
     // det K > 0 and det R = +1, so the sign of P is the sign of its left determinant.
-    const double determinant = p.leftCols<3>().determinant();
+    const double determinant = determinant_of(p.leftCols<3>());
     if (std::abs(determinant) < 1e-9) {
         throw bad_value("determinant of projection_matrix", std::to_string(determinant), "non-zero", where);
     }
     if (determinant < 0) p = -p;
-    const auto [r, q] = rq(p.leftCols<3>());
+    const auto [r, q] = rq_factors(p.leftCols<3>());
     ViewGeometry view;
     view.camera.size_px = size_px;
     view.camera.intrinsics_px = r / r(2, 2);
-    view.camera_from_world = {nearest_rotation(q), r.inverse() * p.col(3)};
+    view.camera_from_world = {nearest_rotation(q), inverse_of(r) * p.col(3)};
     return view;
 }
 
@@ -103,18 +83,19 @@ Eigen::Vector2d project(const ViewGeometry& view, const Eigen::Vector3d& x_world
 Eigen::Vector3d source_world_mm(const ViewGeometry& view) { return inverse(view.camera_from_world).translation_mm; }
 
 Eigen::Vector3d ray_direction_world(const ViewGeometry& view, const Eigen::Vector2d& pixel) {
-    const Eigen::Vector3d direction_camera = view.camera.intrinsics_px.inverse() * pixel.homogeneous();
+    const Eigen::Matrix3d camera_from_pixel = inverse_of(view.camera.intrinsics_px);
+    const Eigen::Vector3d direction_camera = camera_from_pixel.leftCols<2>() * pixel + camera_from_pixel.col(2);
     return (view.camera_from_world.rotation.transpose() * direction_camera).normalized();
 }
 
-Camera half_resolution(const Camera& camera) {
+Camera detail::half_resolution(const Camera& camera) {
     Eigen::Matrix3d half_from_full = Eigen::Matrix3d::Identity();
     half_from_full.topLeftCorner<2, 2>() /= 2;
     half_from_full.topRightCorner<2, 1>().setConstant(-0.25);
     return {camera.size_px / 2, half_from_full * camera.intrinsics_px, camera.sdd_mm};
 }
 
-void check_camera(const Camera& camera, std::string_view where) {
+void detail::check_camera(const Camera& camera, std::string_view where) {
     if (camera.size_px.minCoeff() < 1) {
         throw bad_value("size_px", std::to_string(camera.size_px.x()) + " x " + std::to_string(camera.size_px.y()),
                         "at least 1 x 1", where);

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-namespace raylign {
+namespace raylign::detail {
 
 /// A later axis must be longer by this share to win. It moves the border between two axes off the places where
 /// symmetric scenes put whole pixel columns (45-degree views), so that rounding in float engines cannot flip a ray.
@@ -19,4 +19,4 @@ inline constexpr double kAxisBias = 1e-5;
     return axis;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kGimbal_rad = 1e-7;     // beyond, rounding decides what a and c are

@@ -1,15 +1,16 @@
 #include "core/geometry/ray_frame.h"
 
-#include <Eigen/Dense>
+#include "core/base/linear_algebra.h"
+
 #include <limits>
 
-namespace raylign {
+namespace raylign::detail {
 
 RayFrame make_ray_frame(const VoxelGrid& grid, const ViewGeometry& view, const RigidTransform& world_from_ct) {
     const RigidTransform ct_from_camera = inverse(view.camera_from_world * world_from_ct);
     const Eigen::Matrix3d voxel_from_ct = grid.spacing_mm.cwiseInverse().asDiagonal() * grid.direction.transpose();
     const Eigen::Matrix3d voxel_from_pixel =
-        voxel_from_ct * ct_from_camera.rotation * view.camera.intrinsics_px.inverse();
+        voxel_from_ct * ct_from_camera.rotation * inverse_of(view.camera.intrinsics_px);
     return {.source_voxel = grid.voxel_from_ct(ct_from_camera.translation_mm),
             .direction_voxel = voxel_from_pixel.col(2),
             .step_u_voxel = voxel_from_pixel.col(0),
@@ -39,7 +40,7 @@ RayFrameDerivatives make_ray_frame_derivatives(const VoxelGrid& grid, const View
     const Eigen::Matrix3d voxel_from_world =
         grid.spacing_mm.cwiseInverse().asDiagonal() * grid.direction.transpose() * world_from_ct.rotation.transpose();
     const RigidTransform world_from_camera = inverse(view.camera_from_world);
-    const Eigen::Matrix3d world_from_pixel = world_from_camera.rotation * view.camera.intrinsics_px.inverse();
+    const Eigen::Matrix3d world_from_pixel = world_from_camera.rotation * inverse_of(view.camera.intrinsics_px);
     const Eigen::Vector3d arm_mm = world_from_camera.translation_mm - centre_world_mm;
     RayFrameDerivatives derivatives;
     for (int i = 0; i < 3; ++i) {
@@ -54,4 +55,4 @@ RayFrameDerivatives make_ray_frame_derivatives(const VoxelGrid& grid, const View
     return derivatives;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

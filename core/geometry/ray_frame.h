@@ -10,7 +10,7 @@
 #include "raylign/grid.h"
 #include "raylign/rigid_transform.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// All rays of one view under one pose, in voxel coordinates: everything that an engine knows of geometry.
 /// The ray of pixel (u, v) is y(depth) = source_voxel + depth * (direction_voxel + u * step_u_voxel + v *
@@ -57,4 +57,4 @@ using RayFrameDerivatives = std::array<RayFrameDerivative, 6>;
                                                              const RigidTransform& world_from_ct,
                                                              const Eigen::Vector3d& centre_world_mm);
 
-}  // namespace raylign
+}  // namespace raylign::detail

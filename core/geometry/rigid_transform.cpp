@@ -1,13 +1,14 @@
 #include "raylign/rigid_transform.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <cmath>
 #include <sstream>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kOrthonormalTolerance = 1e-4;  // text files often carry five or six digits
@@ -75,7 +76,7 @@ Twist log(const RigidTransform& b_from_a) {
     const double angle = 2 * std::atan2(sine, q.w());
     const Eigen::Vector3d w = sine < 1e-12 ? Eigen::Vector3d(2 * q.vec()) : Eigen::Vector3d(angle / sine * q.vec());
     Twist twist;
-    twist << w, left_jacobian(w).partialPivLu().solve(b_from_a.translation_mm);
+    twist << w, solve_general(left_jacobian(w), b_from_a.translation_mm);
     return twist;
 }
 
@@ -100,9 +101,9 @@ Eigen::Matrix4d to_matrix(const RigidTransform& b_from_a) {
 }
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-    return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    const auto [u, v] = singular_vectors(matrix);
+    const Eigen::Vector3d signs(1, 1, determinant_of(u * v.transpose()) < 0 ? -1 : 1);
+    return u * signs.asDiagonal() * v.transpose();
 }
 
 RigidTransform rigid_from_matrix(const Eigen::Matrix4d& matrix, std::string_view where) {
@@ -115,7 +116,7 @@ RigidTransform rigid_from_matrix(const Eigen::Matrix4d& matrix, std::string_view
     if (departure > kOrthonormalTolerance) {
         throw bad_value("rotation", print(linear), "orthonormal within 1e-4 (scale or shear found)", where);
     }
-    if (linear.determinant() < 0) {
+    if (determinant_of(linear) < 0) {
         throw bad_value("rotation", print(linear), "a proper rotation, determinant +1 (it mirrors)", where);
     }
     return {nearest_rotation(linear), matrix.topRightCorner<3, 1>()};

@@ -3,22 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
+#include "core/base/text.h"
 #include "core/image/components.h"
 #include "core/image/convex_hull.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kCoarseSide = 512;  // px: shapes are judged on an image of about this size
-
-template <typename... Parts>
-std::string text(const Parts&... parts) {
-    std::ostringstream stream;
-    (stream << ... << parts);
-    return stream.str();
-}
 
 /// Block means of `factor`^2 pixels; unusable ones left out, NaN where none is usable.
 Image coarse_image(const Image& image, const Image& weights, int factor) {
@@ -142,7 +135,7 @@ Image weights_inside(const Image& full, int factor, double margin, Depth depth) 
     return weights;
 }
 
-std::string percent(const Image& weights) { return text(100 * share_of_zeros(weights), " % of the pixels"); }
+std::string percent(const Image& weights) { return text_of(100 * share_of_zeros(weights), " % of the pixels"); }
 
 /// The hull's points within the image, evenly spaced; empty where they are few or where the piece does not fill the
 /// hull along most of them.
@@ -226,7 +219,7 @@ AutoMask mask_frame(const Image& intensities, const Image& weights, double least
     const auto is_open = [&](const HullPoint& middle) { return on_border(middle, coarse); };
     mask.weights = weights_inside(intensities, factor, margin,
                                   [&](const HullPoint& p) { return depth_in_hull(piece.hull, p, is_open); });
-    mask.decisions.push_back(text("field of ", sides, sides == 1 ? " straight side" : " straight sides",
+    mask.decisions.push_back(text_of("field of ", sides, sides == 1 ? " straight side" : " straight sides",
                                   " within the image, outside it ", percent(mask.weights)));
     return mask;
 }
@@ -253,7 +246,7 @@ AutoMask mask_marks(const Image& intensities, const Image& weights) {
     if (found == 0) return {};
     AutoMask mask{weights_without(marked, coarse, intensities, factor, 2 * factor), {}};
     mask.decisions.push_back(
-        text(found, found == 1 ? " letter or marker, " : " letters or markers, ", percent(mask.weights)));
+        text_of(found, found == 1 ? " letter or marker, " : " letters or markers, ", percent(mask.weights)));
     return mask;
 }
 
@@ -276,9 +269,9 @@ AutoMask mask_clipped(const Image& intensities, double max_representable) {
     }
     if (zeros == 0 && !use_top) return {};
     AutoMask mask{weights_without(clipped, intensities, intensities, 1, 1), {}};
-    mask.decisions.push_back(text(use_top ? saturated : 0, " saturated and ", zeros,
+    mask.decisions.push_back(text_of(use_top ? saturated : 0, " saturated and ", zeros,
                                   " zero pixels, with 1 px around them ", percent(mask.weights)));
     return mask;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

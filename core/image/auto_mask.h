@@ -5,7 +5,7 @@
 
 #include "raylign/image.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Weights 0 where pixels say nothing of the body, 1 elsewhere, and in words what was found. Empty weights: nothing.
 /// All three functions take intensities (more X-rays = larger); pixels of weight 0 are left out of the judgement.
@@ -29,4 +29,4 @@ struct AutoMask {
 /// that is 0) and pixels of 0 or below, and 1 px around them.
 [[nodiscard]] AutoMask mask_clipped(const Image& intensities, double max_representable);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace raylign {
+namespace raylign::detail {
 
 /// A connected piece of a picture.
 struct Component {
@@ -40,4 +40,4 @@ struct Component {
     return pieces;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,10 +1,11 @@
 #include "core/image/convex_hull.h"
 
-#include <Eigen/Dense>
+#include "core/base/linear_algebra.h"
+
 #include <numbers>
 #include <set>
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 double cross(const HullPoint& o, const HullPoint& a, const HullPoint& b) {
@@ -42,7 +43,7 @@ Circle kasa(const std::vector<HullPoint>& points) {
         normal += row * row.transpose();
         right -= row * (p.x * p.x + p.y * p.y);
     }
-    const Eigen::Vector3d s = normal.ldlt().solve(right);
+    const Eigen::Vector3d s = solve_symmetric(normal, right);
     return {-s[0] / 2, -s[1] / 2, std::sqrt(std::max(0.0, (s[0] * s[0] + s[1] * s[1]) / 4 - s[2]))};
 }
 
@@ -125,4 +126,4 @@ std::optional<Circle> fit_circle(const std::vector<HullPoint>& points) {
     return is_circle ? std::optional(circle) : std::nullopt;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

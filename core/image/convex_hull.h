@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-namespace raylign {
+namespace raylign::detail {
 
 struct HullPoint {
     double x = 0, y = 0;
@@ -44,4 +44,4 @@ template <typename IsOpen>
     return depth;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

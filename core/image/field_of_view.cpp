@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kRays = 180;
@@ -140,4 +140,4 @@ Image field_of_view_weights(const Image& image, const Image& weights, float dark
     return inside;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -2,7 +2,7 @@
 
 #include "raylign/image.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Weights 1 within the field of view and 0 outside, and within 2 px of its edge; empty where no field is framed: where
 /// the image's dark border ends in a circle about the image's middle (a round field of view) or in a
@@ -11,4 +11,4 @@ namespace raylign {
 /// empty weights = all ones.
 [[nodiscard]] Image field_of_view_weights(const Image& image, const Image& weights, float dark_below);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// sum_k taps[k] rows[k](x) for a row of pixels, k = -radius .. radius. Double sums, float result. Taps k and -k are
@@ -102,4 +102,4 @@ Image erode_weights(const Image& weights, int radius_px) {
     return out;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,14 +4,9 @@
 #include <vector>
 
 #include "raylign/image.h"
+#include "raylign/similarity.h"
 
-namespace raylign {
-
-/// Width of the derivative-of-Gaussian filter. [Ino06] uses sigma = 3 px, R = 9 px (19 taps).
-struct GradientFilter {
-    double sigma_px = 3;  ///< in (0, 32]
-    int radius_px = 9;    ///< taps reach from -R to R; in [1, 64]
-};
+namespace raylign::detail {
 
 /// The two 1-D filters that make a gradient image: derivative along one axis, smoothing along the other.
 struct GradientTaps {
@@ -33,4 +28,4 @@ struct GradientTaps {
 /// inside the image has weight 0, since a masked pixel's value is meaningless. Empty in, empty out.
 [[nodiscard]] Image erode_weights(const Image& weights, int radius_px);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,6 +4,7 @@
 #include "raylign/intensity.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr std::string_view kNist = "water in NIST NISTIR 5632 (Hubbell and Seltzer 1995), density 1 g/cm3";

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/image/auto_mask.h"
 #include "core/image/field_of_view.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kI0Percentile = 0.995;     // open beam; above it lie hot pixels
@@ -17,13 +18,6 @@ constexpr double kBandShare = 0.005;        // of the range: one count in 8 bits
 constexpr double kLeastAirShare = 0.01;     // of the pixels; fewer may be metal or markers
 constexpr double kDarkShare = 0.1;          // of the range: blooming and scatter outside the field stay below
 constexpr double kFloatFloorShare = 1e-4;   // of I0: beyond the range of a 14-bit detector
-
-template <typename... Parts>
-std::string text(const Parts&... parts) {
-    std::ostringstream stream;
-    (stream << ... << parts);
-    return stream.str();
-}
 
 /// Value below which `share` of the values lie. Reorders them.
 double percentile(std::vector<float>& values, double share) {
@@ -75,7 +69,7 @@ void exclude_outside(const Image& field, XrayConversion& result) {
     if (result.weights.empty()) result.weights = Image(field.width, field.height, 1);
     for (std::size_t i = 0; i < field.pixels.size(); ++i) result.weights.pixels[i] *= field.pixels[i];
     const auto outside = static_cast<double>(std::ranges::count(field.pixels, 0.0F));
-    result.decisions.push_back(text("field of view: the dark border and 2 px within it, ",
+    result.decisions.push_back(text_of("field of view: the dark border and 2 px within it, ",
                                     100 * outside / static_cast<double>(field.pixels.size()),
                                     " % of the pixels, are outside and get weight 0"));
 }
@@ -84,7 +78,7 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
                                       std::vector<std::string>& decisions) {
     if (raw.relation_sign != 0 || raw.relation == IntensityRelation::linear) {
         const bool is_less = raw.relation_sign < 0;
-        decisions.push_back(text("polarity: bone ", is_less ? "bright" : "dark",
+        decisions.push_back(text_of("polarity: bone ", is_less ? "bright" : "dark",
                                  raw.relation_sign != 0 ? ", by PixelIntensityRelationshipSign (0028,1041)"
                                                         : ", as PixelIntensityRelationship (0028,1040) is LIN"));
         return is_less ? Polarity::bone_bright : Polarity::bone_dark;
@@ -93,7 +87,7 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
         decisions.push_back("polarity: bone dark, as the image is MONOCHROME1 (large values are shown dark)");
         return Polarity::bone_dark;
     }
-    const std::string numbers = text(100 * e.low_share, " % of the pixels at the dark end (", e.low, "), ",
+    const std::string numbers = text_of(100 * e.low_share, " % of the pixels at the dark end (", e.low, "), ",
                                      100 * e.high_share, " % at the bright end (", e.high, ")");
     if (has_dark_frame && e.high_share >= kLeastAirShare) {
         decisions.push_back(
@@ -109,7 +103,7 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
         return Polarity::bone_dark;
     }
     const bool air_is_bright = e.high_share >= dark_air_share;
-    decisions.push_back(text("polarity: bone ", air_is_bright ? "dark" : "bright", ", as air gathers at the ",
+    decisions.push_back(text_of("polarity: bone ", air_is_bright ? "dark" : "bright", ", as air gathers at the ",
                              air_is_bright ? "bright" : "dark", " end: ", numbers));
     return air_is_bright ? Polarity::bone_dark : Polarity::bone_bright;
 }
@@ -118,7 +112,7 @@ IntensityKind settle_kind(const RawXray& raw, const IntensitySettings& settings,
     if (settings.kind != IntensityKind::automatic) return settings.kind;
     if (raw.relation == IntensityRelation::linear || raw.relation == IntensityRelation::logarithmic) {
         const bool is_linear = raw.relation == IntensityRelation::linear;
-        decisions.push_back(text("kind: ", is_linear ? "transmission" : "line integral up to a factor",
+        decisions.push_back(text_of("kind: ", is_linear ? "transmission" : "line integral up to a factor",
                                  ", as PixelIntensityRelationship (0028,1040) is ", is_linear ? "LIN" : "LOG"));
         return is_linear ? IntensityKind::transmission : IntensityKind::line_integral;
     }
@@ -136,15 +130,15 @@ double settle_i0(const IntensitySettings& settings, std::vector<float>& intensit
                  std::vector<std::string>& decisions) {
     if (settings.i0) {
         if (!(*settings.i0 > 0 && std::isfinite(*settings.i0))) {
-            throw bad_value("intensity.i0", text(*settings.i0), "positive and finite", where);
+            throw bad_value("intensity.i0", text_of(*settings.i0), "positive and finite", where);
         }
         return *settings.i0;
     }
     const double i0 = percentile(intensities, kI0Percentile);
     if (!(i0 > 0)) {
-        throw bad_value("open-beam intensity I0 (99.5th percentile)", text(i0), "positive; give intensity.i0", where);
+        throw bad_value("open-beam intensity I0 (99.5th percentile)", text_of(i0), "positive; give intensity.i0", where);
     }
-    decisions.push_back(text("I0 = ", i0, ", the 99.5th percentile of the pixels in use"));
+    decisions.push_back(text_of("I0 = ", i0, ", the 99.5th percentile of the pixels in use"));
     return i0;
 }
 
@@ -155,7 +149,7 @@ void make_intensities(Image& image, const RawXray& raw, Polarity polarity, const
     const bool has_top = raw.max_representable > 0;
     const auto top = static_cast<float>(has_top ? raw.max_representable : *std::ranges::max_element(values));
     for (float& value : image.pixels) value = top - value;
-    decisions.push_back(text("inverted: intensity = ", top, " - pixel (",
+    decisions.push_back(text_of("inverted: intensity = ", top, " - pixel (",
                              has_top ? "largest value of the pixel type" : "largest pixel", ")"));
 }
 
@@ -168,7 +162,7 @@ void take_log(Image& image, double i0, double floor_intensity, std::vector<std::
     }
     if (floored > 0) {
         decisions.push_back(
-            text(floored, " pixels below ", floor_intensity, " were raised to it before the logarithm"));
+            text_of(floored, " pixels below ", floor_intensity, " were raised to it before the logarithm"));
     }
 }
 
@@ -191,7 +185,7 @@ void apply_frame_and_marks(const RawXray& raw, const Image& intensities, bool ha
     if (!raw.shutter.empty()) {
         const auto shut = static_cast<double>(std::ranges::count(raw.shutter.pixels, 0.0F));
         apply_mask({raw.shutter,
-                    {text("shutter and collimator by the file's tags, ",
+                    {text_of("shutter and collimator by the file's tags, ",
                           100 * shut / static_cast<double>(raw.shutter.pixels.size()), " % of the pixels")}},
                    where, result);
     }
@@ -226,7 +220,7 @@ void subtract_air(XrayConversion& result) {
     if (values.empty()) return;
     const double air = percentile(values, 1 - kI0Percentile);
     for (float& value : result.line_integral.pixels) value -= static_cast<float>(air);
-    result.decisions.push_back(text("logarithmic pixels: ", air, " was subtracted, the 0.5th percentile (air)"));
+    result.decisions.push_back(text_of("logarithmic pixels: ", air, " was subtracted, the 0.5th percentile (air)"));
 }
 
 /// Line integrals have no scale of intensities: their range stands for a factor of 20.
@@ -247,7 +241,7 @@ void convert_line_integral(const RawXray& raw, const IntensitySettings& settings
     Polarity polarity = settings.polarity;
     if (polarity == Polarity::automatic && (raw.relation_sign != 0 || raw.relation == IntensityRelation::logarithmic)) {
         polarity = raw.relation_sign < 0 ? Polarity::bone_bright : Polarity::bone_dark;
-        result.decisions.push_back(text("polarity: bone ", raw.relation_sign < 0 ? "bright" : "dark", ", by ",
+        result.decisions.push_back(text_of("polarity: bone ", raw.relation_sign < 0 ? "bright" : "dark", ", by ",
                                         raw.relation_sign != 0 ? "PixelIntensityRelationshipSign (0028,1041)"
                                                                : "PixelIntensityRelationship (0028,1040)"));
     } else if (polarity == Polarity::automatic) {
@@ -272,14 +266,14 @@ void exclude_non_finite(XrayConversion& result) {
         result.line_integral.pixels[i] = 0;
         ++excluded;
     }
-    if (excluded > 0) result.decisions.push_back(text(excluded, " pixels are not finite and are ignored"));
+    if (excluded > 0) result.decisions.push_back(text_of(excluded, " pixels are not finite and are ignored"));
 }
 
 }  // namespace
 
 XrayConversion line_integral_from_xray(const RawXray& raw, const Image& mask, const IntensitySettings& settings,
                                        std::string_view where) {
-    const auto size = [](const Image& image) { return text(image.width, " x ", image.height); };
+    const auto size = [](const Image& image) { return text_of(image.width, " x ", image.height); };
     if (!mask.empty() && (mask.width != raw.image.width || mask.height != raw.image.height)) {
         throw bad_value("mask size", size(mask), "the image's, " + size(raw.image), where);
     }

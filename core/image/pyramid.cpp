@@ -1,8 +1,9 @@
+#include "core/geometry/camera.h"
 #include "core/image/pyramid.h"
 
 #include <algorithm>
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// Mean of the (up to) 2x2x2 fine voxels under a coarse voxel; missing ones count as zero.
@@ -61,4 +62,4 @@ View half_resolution(const View& view) {
     return half;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,7 +4,7 @@
 #include "raylign/view.h"
 #include "raylign/volume.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Averages 2x2x2 voxels (axes of one voxel stay as they are). Voxel i of the result covers 2i and 2i + 1, so its
 /// centre is half a fine spacing further in. Odd sizes are padded with one plane of zeros: the total mass is kept.
@@ -14,4 +14,4 @@ namespace raylign {
 /// (half_resolution of Camera). The new weight is the mean of the four.
 [[nodiscard]] View half_resolution(const View& view);
 
-}  // namespace raylign
+}  // namespace raylign::detail

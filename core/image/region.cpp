@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// Calls body(x, y, z, voxel) for every voxel.
@@ -21,7 +21,7 @@ void for_each_voxel(Volume& volume, Body body) {
     }
 }
 
-std::string text(const Eigen::Vector3d& point) {
+std::string point_text(const Eigen::Vector3d& point) {
     return "(" + std::to_string(point.x()) + ", " + std::to_string(point.y()) + ", " + std::to_string(point.z()) + ")";
 }
 
@@ -39,7 +39,7 @@ CtBox extent_of(const VoxelGrid& grid) {
 
 std::string extent_text(const VoxelGrid& grid) {
     const CtBox extent = extent_of(grid);
-    return "the CT lies within " + text(extent.low_mm) + " to " + text(extent.high_mm) + " mm";
+    return "the CT lies within " + point_text(extent.low_mm) + " to " + point_text(extent.high_mm) + " mm";
 }
 
 /// Affine map of voxel coordinates of one grid to those of another.
@@ -94,7 +94,7 @@ VoxelBox box_of_points_mm(const VoxelGrid& grid, std::span<const Eigen::Vector3d
     const Eigen::Vector3d begin = low.array().floor().max(0).min(size.array());
     const Eigen::Vector3d end = (high.array().ceil() + 1).max(0).min(size.array());
     if (!(begin.array() < end.array()).all()) {
-        throw Error("the box from " + text(grid.ct_from_voxel(low)) + " to " + text(grid.ct_from_voxel(high)) +
+        throw Error("the box from " + point_text(grid.ct_from_voxel(low)) + " to " + point_text(grid.ct_from_voxel(high)) +
                     " mm is outside the CT: " + extent_text(grid));
     }
     return {begin.cast<int>(), end.cast<int>()};
@@ -119,8 +119,8 @@ VoxelBox box_of_object(const Volume& volume) {
 Volume crop(const Volume& volume, const VoxelBox& box) {
     const bool is_inside = (box.begin.array() >= 0).all() && (box.end.array() <= volume.grid.size.array()).all();
     if (!is_inside || !(box.begin.array() < box.end.array()).all()) {
-        throw Error("box of voxels from " + text(box.begin.cast<double>()) + " to " + text(box.end.cast<double>()) +
-                    ": must not be empty and lie within 0 to " + text(volume.grid.size.cast<double>()));
+        throw Error("box of voxels from " + point_text(box.begin.cast<double>()) + " to " + point_text(box.end.cast<double>()) +
+                    ": must not be empty and lie within 0 to " + point_text(volume.grid.size.cast<double>()));
     }
     Volume part;
     part.grid = volume.grid;
@@ -148,7 +148,7 @@ void clip_above(Volume& volume, float attenuation_per_mm) {
 
 void keep_inside(Volume& volume, const CtBox& box) {
     if (!(box.low_mm.array() <= box.high_mm.array()).all()) {
-        throw Error("box from " + text(box.low_mm) + " to " + text(box.high_mm) +
+        throw Error("box from " + point_text(box.low_mm) + " to " + point_text(box.high_mm) +
                     " mm: each first corner must be at most the second");
     }
     std::size_t kept = 0;
@@ -161,7 +161,7 @@ void keep_inside(Volume& volume, const CtBox& box) {
         }
     });
     if (kept == 0) {
-        throw Error("box from " + text(box.low_mm) + " to " + text(box.high_mm) +
+        throw Error("box from " + point_text(box.low_mm) + " to " + point_text(box.high_mm) +
                     " mm holds no voxel's centre: " + extent_text(volume.grid));
     }
 }
@@ -225,4 +225,4 @@ void fade_sides(Volume& volume, double width_mm) {
     });
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

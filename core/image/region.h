@@ -5,25 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "raylign/grid.h"
 #include "raylign/volume.h"
 
-namespace raylign {
-
-/// Voxels with begin <= voxel < end on every axis.
-struct VoxelBox {
-    Eigen::Vector3i begin = Eigen::Vector3i::Zero(), end = Eigen::Vector3i::Zero();
-};
-
-/// A box with sides along the axes of ct coordinates; points on its faces are inside.
-struct CtBox {
-    Eigen::Vector3d low_mm = Eigen::Vector3d::Zero(), high_mm = Eigen::Vector3d::Zero();
-};
-
-/// A label per voxel, on a grid of its own.
-struct LabelMap {
-    VoxelGrid grid;
-    std::vector<std::int32_t> labels;  ///< x fastest, grid.voxel_count() values; 0 = background
-};
+namespace raylign::detail {
 
 /// The smallest box of voxels that holds the points with `margin_mm` around each, clipped to the grid: the field
 /// within it is complete. Throws Error for no points, a negative margin, or points all outside the grid.
@@ -63,4 +48,4 @@ void fade_sides(Volume& volume, double width_mm);
 /// those present), where the map says nothing about the volume (they do not overlap), or for a label of 0.
 void keep_labels(Volume& volume, const LabelMap& map, std::span<const std::int32_t> kept);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// Pixels of a direction: `lines` lines of `length` values.
@@ -48,4 +48,4 @@ Image smoothed(const Image& image, double sigma_px) {
     return result;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 Image crop(const Image& image, const PixelBox& box) {
     if (image.empty()) return {};
     Image cut(box.end.x() - box.begin.x(), box.end.y() - box.begin.y());
@@ -51,4 +51,4 @@ PixelBox reached_pixels(const ViewGeometry& view, const VoxelGrid& grid, const R
     return (box.end - box.begin).minCoeff() < 1 ? whole : box;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

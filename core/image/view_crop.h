@@ -3,7 +3,7 @@
 #include "raylign/grid.h"
 #include "raylign/view.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Pixels with begin <= pixel < end on both axes.
 struct PixelBox {
@@ -22,4 +22,4 @@ struct PixelBox {
 [[nodiscard]] PixelBox reached_pixels(const ViewGeometry& view, const VoxelGrid& grid,
                                       const RigidTransform& world_from_ct, int margin_px);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 struct Run {
@@ -85,4 +85,4 @@ BobyqaResult bobyqa(const BatchObjective& objective, const Eigen::VectorXd& star
     return run.result;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

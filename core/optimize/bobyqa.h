@@ -5,7 +5,7 @@
 
 #include "core/optimize/steepest_descent.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Lengths are in the units of the (scaled, unitless) parameters.
 struct BobyqaOptions {
@@ -30,4 +30,4 @@ struct BobyqaResult {
 [[nodiscard]] BobyqaResult bobyqa(const BatchObjective& objective, const Eigen::VectorXd& start,
                                   const BobyqaOptions& options, const SteepestDescentCallback& on_step = {});
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,12 +1,12 @@
 #include "core/optimize/levenberg_marquardt.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kDampingDown = 0.2, kDampingUp = 8;
@@ -22,7 +22,7 @@ Eigen::VectorXd damped_step(const LocalModel& model, double damping, double max_
     if (!(largest > 0)) return Eigen::VectorXd::Zero(model.gradient.size());
     Eigen::MatrixXd damped = model.curvature;
     damped.diagonal() += damping * model.curvature.diagonal().cwiseMax(1e-9 * largest);
-    Eigen::VectorXd step = -damped.ldlt().solve(model.gradient);
+    Eigen::VectorXd step = -solve_symmetric(damped, model.gradient);
     const double length = step.norm();
     if (length > max_step) step *= max_step / length;
     return step;
@@ -107,4 +107,4 @@ LevenbergMarquardtResult levenberg_marquardt(const ManifoldProblem& problem, con
     return search.result();
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,7 +7,7 @@
 #include "core/optimize/step.h"
 #include "raylign/termination.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Cost, gradient and a positive semidefinite model of the second derivative at one point.
 struct LocalModel {
@@ -81,4 +81,4 @@ private:
                                                            const LevenbergMarquardtOptions& options,
                                                            const StepCallback& on_step = {});
 
-}  // namespace raylign
+}  // namespace raylign::detail

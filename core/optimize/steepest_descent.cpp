@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kLeastCurvatureShare = 0.01;                 // keeps a flat or noisy direction from taking over
@@ -153,4 +153,4 @@ SteepestDescentResult steepest_descent(const BatchObjective& objective, const Ei
     return end(Termination::max_iterations);
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

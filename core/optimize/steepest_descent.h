@@ -8,7 +8,7 @@
 #include "core/optimize/step.h"
 #include "raylign/termination.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Costs of many points at once: the batch is the unit that engines are fast at.
 using BatchObjective = std::function<void(std::span<const Eigen::VectorXd> points, std::span<double> costs)>;
@@ -43,4 +43,4 @@ using SteepestDescentCallback = std::function<bool(const OptimizerStep&, const E
                                                      const SteepestDescentOptions& options,
                                                      const SteepestDescentCallback& on_step = {});
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-namespace raylign {
+namespace raylign::detail {
 
 /// What an optimizer tells its caller after each accepted step.
 struct OptimizerStep {
@@ -13,4 +13,4 @@ struct OptimizerStep {
 /// Returns false to stop.
 using StepCallback = std::function<bool(const OptimizerStep&)>;
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -12,6 +12,8 @@ std::string_view termination_name(Termination termination) {
             return "non-finite-cost";
         case Termination::stopped:
             return "stopped";
+        case Termination::time_limit:
+            return "time-limit";
     }
     return "unknown";
 }

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -12,6 +12,7 @@
 // this file are mm of a vertebra of natural size; `scale` turns them into mm of the phantom.
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 // Attenuation at about 70 keV [1/mm]; bone and discs on top of the soft tissue around them.

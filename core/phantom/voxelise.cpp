@@ -7,6 +7,7 @@
 #include "raylign/phantom.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr int kMaxSamplesPerAxis =

@@ -1,14 +1,9 @@
-#include <array>
-#include <string>
-
-#include "core/base/error.h"
-#include "core/registration/registration.h"
+#include "core/base/names.h"
+#include "raylign/options.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
-
-template <class Value, std::size_t N>
-using Names = std::array<std::pair<Value, std::string_view>, N>;
 
 constexpr Names<Method, 4> kMethods{{{Method::automatic, "auto"},
                                      {Method::gauss_newton, "gauss-newton"},
@@ -18,24 +13,6 @@ constexpr Names<Content, 3> kContents{
     {{Content::automatic, "auto"}, {Content::whole, "whole"}, {Content::part, "part"}}};
 constexpr Names<Search, 4> kSearches{
     {{Search::automatic, "auto"}, {Search::none, "none"}, {Search::near, "near"}, {Search::global, "global"}}};
-
-template <class Value, std::size_t N>
-std::string_view name_in(const Names<Value, N>& names, Value value) {
-    for (const auto& [known, name] : names) {
-        if (known == value) return name;
-    }
-    return "unknown";
-}
-
-template <class Value, std::size_t N>
-Value value_in(const Names<Value, N>& names, std::string_view what, std::string_view wanted) {
-    std::string allowed;
-    for (const auto& [value, name] : names) {
-        if (name == wanted) return value;
-        allowed += (allowed.empty() ? "one of " : ", ") + std::string(name);
-    }
-    throw bad_value(what, wanted, allowed);
-}
 
 }  // namespace
 

@@ -2,19 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "core/base/error.h"
-#include "core/registration/strategy/driver.h"
-#include "core/registration/object/resident_volume.h"
+#include "core/registration/strategy/strategy.h"
+#include "core/registration/trust/mirrored.h"
 #include "core/registration/trust/verdict.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kParallelCosine = 0.985;  // 10 degrees
 
-double engine_seconds(const SessionTiming& t) {
+double backend_seconds(const SessionTiming& t) {
     return t.prepare_s + t.drr_s + t.gradient_s + t.reduction_s + t.transfer_s;
 }
 
@@ -46,18 +48,55 @@ void warn_of_parallel_views(std::span<const View> views, std::vector<std::string
     }
 }
 
+/// Finds the pose; says why where that was ended early, with the best pose so far in the result.
+std::string ended_early(Run& run) {
+    RegistrationResult& result = run.result;
+    try {
+        find_pose(run);
+        if (!result.levels.empty()) result.termination = result.levels.back().termination;
+        return {};
+    } catch (const RunStopped& stopped) {
+        result.termination = stopped.why;
+    }
+    if (result.termination == Termination::stopped) return "stopped by the caller: the best pose so far";
+    return "the time limit of " + std::to_string(run.options.time_limit_s.value_or(0)) +
+           " s was over: the best pose so far";
+}
+
+/// Adds to the reasons where the images fit far better mirrored.
+void suspect_mirrored(Run& run) {
+    RegistrationOptions options = run.options;
+    options.suspect_mirrored = false;
+    const auto cost_of = [&](std::span<const View> views) {
+        try {
+            if (run.control.stop.stop_requested()) return std::numeric_limits<double>::quiet_NaN();
+            return register_resident(run.resident, views, run.start, options, run.control).cost_final;
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::input) throw;
+            return std::numeric_limits<double>::quiet_NaN();
+        }
+    };
+    if (const auto suspicion = mirror_suspicion(run.views, run.result, cost_of)) {
+        run.result.reasons.push_back(*suspicion);
+    }
+}
+
 }  // namespace
 
-void check_options(const RegistrationOptions& options, const Backend& backend) {
-    const auto in_range = [](const char* what, double value, double low, double high, const char* allowed) {
-        if (!(value >= low && value <= high)) throw bad_value(what, std::to_string(value), allowed);
+void detail::check_options(const RegistrationOptions& options, const Backend& backend) {
+    const auto in_range = [](const char* what, std::optional<double> value, double low, double high,
+                             const char* allowed) {
+        if (value && !(*value >= low && *value <= high)) throw bad_value(what, std::to_string(*value), allowed);
     };
-    in_range("levels", options.levels, 0, 8, "in [1, 8], or 0 for as many as fit");
+    const auto positive = [](const char* what, std::optional<double> value, double high, const char* allowed) {
+        if (value && !(*value > 0 && *value <= high)) throw bad_value(what, std::to_string(*value), allowed);
+    };
+    in_range("levels", options.levels, 1, 8, "in [1, 8]");
     in_range("max_iterations_per_level", options.max_iterations_per_level, 1, 10000, "in [1, 10000]");
-    in_range("search range", options.search.range_mm, 0, 500, "in (0, 500] mm, or 0 for 20");
-    in_range("search range", options.search.range_deg, 0, 180, "in (0, 180] degrees, or 0 for the default");
-    in_range("search starts", options.search.starts, 0, 1000000, "in [1, 1000000], or 0 for the default");
-    in_range("time limit", options.time_limit_s, 0, 1e9, "positive, or 0 for none");
+    positive("search range", options.search.range_mm, 500, "in (0, 500] mm");
+    positive("search range", options.search.range_deg, 180, "in (0, 180] degrees");
+    in_range("search starts", options.search.starts, 1, 1000000, "in [1, 1000000]");
+    positive("time limit", options.time_limit_s, 1e9, "positive");
     const Search search = options.search.mode;
     if ((search == Search::near || search == Search::global) && !backend.info().has_derivatives) {
         throw Error("search: needs an engine with derivatives (cpu, gl or reference)");
@@ -66,49 +105,38 @@ void check_options(const RegistrationOptions& options, const Backend& backend) {
 
 RegistrationResult register_volume(const Volume& volume, std::span<const View> views,
                                    const RigidTransform& start_world_from_ct, const RegistrationOptions& options,
-                                   Backend& backend, const ProgressCallback& progress) {
+                                   Backend& backend, const RunControl& control) {
     check(options, backend, start_world_from_ct);
     ResidentVolume resident(volume, options.render, backend);
-    return register_volume(resident, views, start_world_from_ct, options, progress);
+    return register_resident(resident, views, start_world_from_ct, options, control);
 }
 
-RegistrationResult register_volume(ResidentVolume& volume, std::span<const View> views,
-                                   const RigidTransform& start_world_from_ct, const RegistrationOptions& options,
-                                   const ProgressCallback& progress) {
+RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<const View> views,
+                                             const RigidTransform& start_world_from_ct,
+                                             const RegistrationOptions& options, const RunControl& control) {
     check(options, volume.backend(), start_world_from_ct);
     check_views(views);
     if (options.render.projector != volume.render().projector || options.render.step_mm != volume.render().step_mm) {
         throw Error("render settings: must be those that the volume was made resident with");
     }
-    RunContext run{volume,
-                   volume.volume(),
-                   views,
-                   options,
-                   volume.backend(),
-                   progress,
-                   extent_about(volume.extent(), options.rotation_centre_ct_mm),
-                   volume.sample(),
-                   start_world_from_ct};
-    warn_of_parallel_views(views, run.result.decisions);
-    bool timed_out = false;
-    try {
-        Driver(run).solve();
-    } catch (const TimeIsUp&) {
-        timed_out = true;
-    }
+    Run run{volume, views, options, control, extent_about(volume.extent(), options.rotation_centre_ct_mm),
+            start_world_from_ct};
     RegistrationResult& result = run.result;
+    result.start_world_from_ct = start_world_from_ct;
+    result.rotation_centre_ct_mm = run.extent.centre_ct_mm;
+    result.metric = options.similarity.metric;
+    warn_of_parallel_views(views, result.decisions);
+    const std::string stopped = ended_early(run);
     result.total_s = run.elapsed_s();
-    result.optimizer_s = std::max(0.0, result.total_s - engine_seconds(result.timing));
+    result.optimizer_s = std::max(0.0, result.total_s - backend_seconds(result.timing));
     for (const View& view : views) {
-        result.overlap.push_back(seen_share(run.sample, view, result.world_from_ct));
-        result.covered.push_back(covered_share(run.sample, view, result.world_from_ct));
+        result.overlap.push_back(seen_share(volume.sample(), view, result.world_from_ct));
+        result.covered.push_back(covered_share(volume.sample(), view, result.world_from_ct));
     }
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
-    if (timed_out) {
-        result.reasons.insert(result.reasons.begin(), "the time limit of " + std::to_string(options.time_limit_s) +
-                                                          " s was over: the best pose so far");
-    }
+    if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
     result.ok = result.reasons.empty();
+    if (!result.ok && stopped.empty() && options.suspect_mirrored && !options.time_limit_s) suspect_mirrored(run);
     return result;
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -25,7 +26,7 @@ void add(std::array<double, n>& sum, const std::array<double, n>& other) {
 
 }  // namespace
 
-JacobianSums& JacobianSums::operator+=(const JacobianSums& other) {
+detail::JacobianSums& detail::JacobianSums::operator+=(const JacobianSums& other) {
     moments += other.moments;
     add(jacobian, other.jacobian);
     add(fixed_jacobian, other.fixed_jacobian);
@@ -41,7 +42,7 @@ Linearization& Linearization::operator+=(const Linearization& other) {
     return *this;
 }
 
-Linearization linearize_channel(const JacobianSums& sums) {
+Linearization detail::linearize_channel(const JacobianSums& sums) {
     const MomentSums& m = sums.moments;
     const double correlation = normalized_cross_correlation(m);
     Linearization result{1 - correlation};
@@ -57,14 +58,14 @@ Linearization linearize_channel(const JacobianSums& sums) {
     return result;
 }
 
-Linearization linearize_view(std::span<const JacobianSums> channels) {
+Linearization detail::linearize_view(std::span<const JacobianSums> channels) {
     Linearization mean;
     for (const JacobianSums& channel : channels) mean += linearize_channel(channel);
     const auto count = static_cast<double>(channels.size());
     return {mean.cost / count, mean.gradient / count, mean.curvature / count};
 }
 
-JacobianSums jacobian_sums(const Image& fixed, const Image& moving, std::span<const Image, 6> jacobian,
+JacobianSums detail::jacobian_sums(const Image& fixed, const Image& moving, std::span<const Image, 6> jacobian,
                            const Image& weights) {
     JacobianSums sums;
     sums.moments = moment_sums(fixed, moving, weights);

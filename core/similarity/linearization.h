@@ -6,7 +6,7 @@
 
 #include "core/similarity/similarity.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// The sums of one channel that a Gauss-Newton step needs: the moments, and those with the six derivative images J_i =
 /// dB / dp_i of the (filtered) moving image. Six moments (weights included) and 6 + 6 + 6 + 21 more. Plain doubles, so
@@ -19,15 +19,6 @@ struct JacobianSums {
     std::array<double, 21> jacobian_jacobian{};  ///< sum w J_i J_j, i <= j, rows of the upper triangle
 
     JacobianSums& operator+=(const JacobianSums& other);
-};
-
-/// Cost of a pose, its gradient and its Gauss-Newton matrix with respect to the twist (rad, mm).
-struct Linearization {
-    double cost = 0;
-    Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
-    Eigen::Matrix<double, 6, 6> curvature = Eigen::Matrix<double, 6, 6>::Zero();  ///< symmetric, positive semidefinite
-
-    Linearization& operator+=(const Linearization& other);
 };
 
 /// Of one channel's cost 1 - N. With a, b the mean-free unit-norm fixed and moving images, J~ the mean-free derivative
@@ -44,4 +35,4 @@ struct Linearization {
 [[nodiscard]] JacobianSums jacobian_sums(const Image& fixed, const Image& moving, std::span<const Image, 6> jacobian,
                                          const Image& weights);
 
-}  // namespace raylign
+}  // namespace raylign::detail

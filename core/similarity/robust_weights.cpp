@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kTuning = 2.5;
@@ -63,4 +63,4 @@ Image robust_weights(const FixedChannels& fixed, std::span<const Image> moving) 
     return weights;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,7 +4,7 @@
 
 #include "core/similarity/similarity.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Weights that take what the DRR cannot explain (metal, other bones, soft tissue that moved) out of the comparison:
 /// iteratively reweighted least squares. Per channel, with weighted means and the least-squares gain of the moving
@@ -18,4 +18,4 @@ namespace raylign {
 /// Throws Error for sizes that disagree or no pixel with weight.
 [[nodiscard]] Image robust_weights(const FixedChannels& fixed, std::span<const Image> moving);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 /// A variance below this share of the raw second moment is rounding error of float pixels, not signal.
@@ -51,9 +52,9 @@ Metric metric_from_name(std::string_view name) {
     throw bad_value("metric", name, "gc or ncc");
 }
 
-int channel_count(Metric metric) { return metric == Metric::gc ? 2 : 1; }
+int detail::channel_count(Metric metric) { return metric == Metric::gc ? 2 : 1; }
 
-MomentSums& MomentSums::operator+=(const MomentSums& other) {
+detail::MomentSums& detail::MomentSums::operator+=(const MomentSums& other) {
     weight += other.weight;
     fixed += other.fixed;
     fixed_fixed += other.fixed_fixed;
@@ -63,13 +64,13 @@ MomentSums& MomentSums::operator+=(const MomentSums& other) {
     return *this;
 }
 
-std::vector<Image> moving_channels(const Image& drr, const Similarity& similarity) {
+std::vector<Image> detail::moving_channels(const Image& drr, const Similarity& similarity) {
     if (similarity.metric == Metric::ncc) return {drr};
     auto gradients = gradient_images(drr, gradient_taps(similarity.filter));
     return {std::move(gradients[0]), std::move(gradients[1])};
 }
 
-FixedChannels make_fixed_channels(const View& view, const Similarity& similarity) {
+FixedChannels detail::make_fixed_channels(const View& view, const Similarity& similarity) {
     check_fixed(view);
     FixedChannels fixed;
     fixed.weights = view.weights.empty() ? Image(view.image.width, view.image.height, 1) : view.weights;
@@ -95,7 +96,7 @@ FixedChannels make_fixed_channels(const View& view, const Similarity& similarity
     return fixed;
 }
 
-MomentSums moment_sums(const Image& fixed, const Image& moving, const Image& weights) {
+MomentSums detail::moment_sums(const Image& fixed, const Image& moving, const Image& weights) {
     MomentSums sums;
     // Row by row: one running sum over a million equal pixels rounds the same way each time, and the variance that
     // cancels from such sums no longer shows that the image is constant (1e-11 instead of 1e-13 of the second moment).
@@ -111,11 +112,11 @@ MomentSums moment_sums(const Image& fixed, const Image& moving, const Image& wei
     return sums;
 }
 
-bool moving_is_constant(const MomentSums& s) {
+bool detail::moving_is_constant(const MomentSums& s) {
     return variance_sum(s.weight, s.moving, s.moving_moving) <= kConstantShare * s.moving_moving;
 }
 
-double normalized_cross_correlation(const MomentSums& s) {
+double detail::normalized_cross_correlation(const MomentSums& s) {
     if (moving_is_constant(s)) return 0;
     const double fixed_variance = variance_sum(s.weight, s.fixed, s.fixed_fixed);
     const double moving_variance = variance_sum(s.weight, s.moving, s.moving_moving);
@@ -123,7 +124,7 @@ double normalized_cross_correlation(const MomentSums& s) {
     return covariance / std::sqrt(fixed_variance * moving_variance);
 }
 
-double view_cost(std::span<const MomentSums> channels) {
+double detail::view_cost(std::span<const MomentSums> channels) {
     double sum = 0;
     for (const MomentSums& channel : channels) sum += normalized_cross_correlation(channel);
     return 1 - sum / static_cast<double>(channels.size());

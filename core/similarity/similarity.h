@@ -6,21 +6,10 @@
 #include <vector>
 
 #include "core/image/gradient_filter.h"
+#include "raylign/similarity.h"
 #include "raylign/view.h"
 
-namespace raylign {
-
-enum class Metric {
-    gc,   ///< gradient correlation: mean NCC of the two gradient images, [Ino06] eq. 1-2, [Penney98]
-    ncc,  ///< normalized cross correlation of the images themselves; biased by scatter and other content
-};
-[[nodiscard]] std::string_view metric_name(Metric metric);
-[[nodiscard]] Metric metric_from_name(std::string_view name);
-
-struct Similarity {
-    Metric metric = Metric::gc;
-    GradientFilter filter;  ///< used by gc
-};
+namespace raylign::detail {
 
 /// Weighted sums over the pixels of one channel: fixed image A, moving image B, weights w.
 /// [Ino06] reads back five of these; the weight sum makes masks exact.
@@ -66,4 +55,4 @@ inline constexpr int kMinPixels = 32;  ///< below this, six pose parameters are 
 /// Cost of one view: 1 - mean over channels of N, in [0, 2]; 0 = perfect, 1 = unrelated.
 [[nodiscard]] double view_cost(std::span<const MomentSums> channels);
 
-}  // namespace raylign
+}  // namespace raylign::detail

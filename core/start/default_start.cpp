@@ -1,11 +1,12 @@
-#include "core/start/default_start.h"
+#include "raylign/start.h"
 
-#include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 /// argmin over x of sum |P_i (x - s_i)|^2, P_i = 1 - d_i d_i^T: normal equations (sum P_i) x = sum P_i s_i, solved in
@@ -20,14 +21,14 @@ Eigen::Vector3d nearest_to_central_rays(std::span<const View> views) {
         matrix += across;
         right += across * source_world_mm(view.geometry);
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(matrix);
+    const PrincipalAxes principal = principal_axes(matrix);
     // Rays less than about 2 degrees apart do not fix the depth: sin^2(2 deg) = 1e-3.
     const double smallest = 1e-3 * static_cast<double>(views.size());
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
     for (int i = 0; i < 3; ++i) {
-        if (eigen.eigenvalues()[i] < smallest) continue;
-        const Eigen::Vector3d axis = eigen.eigenvectors().col(i);
-        point += axis * (axis.dot(right) / eigen.eigenvalues()[i]);
+        if (principal.values[i] < smallest) continue;
+        const Eigen::Vector3d axis = principal.axes.col(i);
+        point += axis * (axis.dot(right) / principal.values[i]);
     }
     return point;
 }

@@ -1,6 +1,5 @@
-#include "core/start/landmark_pose.h"
+#include "raylign/start.h"
 
-#include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,9 +8,11 @@
 #include <optional>
 #include <set>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -73,7 +74,7 @@ std::pair<RigidTransform, double> refined(const Problem& problem, RigidTransform
     for (int i = 0; i < kMostSteps && damping < 1e12; ++i) {
         Eigen::Matrix<double, 6, 6> damped = here.matrix;
         damped.diagonal() += damping * (here.matrix.diagonal().array() + 1e-12 * here.matrix.trace()).matrix();
-        const Eigen::Matrix<double, 6, 1> step = -damped.ldlt().solve(here.gradient);
+        const Eigen::Matrix<double, 6, 1> step = -solve_symmetric(damped, here.gradient);
         if (!step.allFinite()) break;
         const RigidTransform trial = moved_by(problem, world_from_ct, step);
         Normal there = normal_at(problem, trial);
@@ -131,7 +132,7 @@ Eigen::Vector3d centre_world(const Problem& problem) {
         matrix += count * (across + kDepthWeight * ray * ray.transpose());
         right += count * (across * source + kDepthWeight * ray * ray.dot(source + depth_mm * ray));
     }
-    return matrix.ldlt().solve(right);
+    return solve_symmetric(matrix, right);
 }
 
 void check_landmarks(const Problem& problem, const std::set<std::size_t>& seen) {
@@ -143,9 +144,9 @@ void check_landmarks(const Problem& problem, const std::set<std::size_t>& seen) 
         const Eigen::Vector3d arm = problem.points[i] - problem.centre_ct;
         scatter += arm * arm.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-    const double longest = std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
-    const double second = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+    const Eigen::Vector3d extents = principal_axes(scatter).values;
+    const double longest = std::sqrt(std::max(0.0, extents[2]));
+    const double second = std::sqrt(std::max(0.0, extents[1]));
     if (!(longest > 0) || second < 0.05 * longest) {
         throw Error("the landmarks lie on a line (second principal extent " + std::to_string(second) + " mm of " +
                     std::to_string(longest) + " mm): the turn about it is open; add one beside it");

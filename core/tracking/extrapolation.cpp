@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kLongestStep = 3;   // frames between two poses that still tell a velocity
@@ -30,4 +30,4 @@ RigidTransform extrapolate(std::span<const TimedPose> known, double time, const 
     return RigidTransform::translate(moved_mm) * exp_about(turn, x_mm) * last.world_from_ct;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

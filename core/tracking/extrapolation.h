@@ -5,7 +5,7 @@
 
 #include "raylign/rigid_transform.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// A pose at a time, counted in frames.
 struct TimedPose {
@@ -24,4 +24,4 @@ struct TimedPose {
 [[nodiscard]] RigidTransform extrapolate(std::span<const TimedPose> known, double time,
                                          const Eigen::Vector3d& centre_ct_mm);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -12,7 +12,7 @@
 #include "core/validation/compare_scene.h"
 #include "core/validation/differences.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using validation::Largest;
@@ -46,6 +46,18 @@ public:
     }
 
     Comparison run() {
+        try {
+            climb();
+        } catch (const Stopped&) {
+            result_.stopped = true;
+        }
+        return result_;
+    }
+
+private:
+    struct Stopped {};
+
+    void climb() {
         for (std::size_t b = 0; b < backends_.size(); ++b) {
             engine_ = b;
             attempt("image", "DRR in the views' own size", [&] { full_size_images(); });
@@ -63,10 +75,8 @@ public:
             session_.reset();
             attempt("registration", "final poses from the same starts", [&] { registrations(); });
         }
-        return result_;
     }
 
-private:
     [[nodiscard]] bool is_oracle() const { return engine_ == 0; }
     [[nodiscard]] std::unique_ptr<Session> prepare(const std::vector<View>& views) const {
         return backends_[engine_].backend->prepare({volume_, views, options_.render, options_.similarity});
@@ -79,7 +89,7 @@ private:
             options_.progress(backends_[engine_].name + ": " + quantity,
                               static_cast<double>(pieces_++) / (7.0 * backends_.size()));
         }
-        if (options_.cancelled && options_.cancelled()) throw Error("stopped by the caller", ErrorKind::cancelled);
+        if (options_.stop.stop_requested()) throw Stopped{};
         try {
             work();
         } catch (const Error& error) {
@@ -241,12 +251,13 @@ private:
         options.method = options_.method;
         options.similarity = options_.similarity;
         options.render = options_.render;
-        options.cancelled = options_.cancelled;
+        options.suspect_mirrored = false;
         for (int i = 0; i < options_.registrations; ++i) {
             const RigidTransform start =
                 perturbed_start(given_, targets_, options_.start_mtre_mm, Random(options_.seed + 1 + i).bits());
             const RegistrationResult found =
-                register_volume(volume_, small_views_, start, options, *backends_[engine_].backend);
+                register_volume(volume_, small_views_, start, options, *backends_[engine_].backend, {.stop = options_.stop});
+            if (found.termination == Termination::stopped) throw Stopped{};
             const RigidTransform& oracle = is_oracle() ? found.world_from_ct : oracle_poses_[i];
             const double mtre_mm = mean_target_error_mm(found.world_from_ct, oracle, targets_);
             if (is_oracle()) oracle_poses_.push_back(found.world_from_ct);
@@ -285,7 +296,7 @@ private:
 }  // namespace
 
 bool Comparison::agrees() const {
-    return !rows.empty() && std::ranges::all_of(rows, [](const CompareRow& row) { return row.agrees; });
+    return !stopped && !rows.empty() && std::ranges::all_of(rows, [](const CompareRow& row) { return row.agrees; });
 }
 
 Comparison compare_backends(const Volume& volume, std::span<const View> views, const RigidTransform& world_from_ct,
@@ -295,4 +306,4 @@ Comparison compare_backends(const Volume& volume, std::span<const View> views, c
     return Ladder(volume, views, world_from_ct, targets_ct_mm, backends, options).run();
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

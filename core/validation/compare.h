@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "core/validation/tolerances.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// An engine under a name of its own (two of them may be one engine with different options).
 struct NamedBackend {
@@ -31,8 +31,7 @@ struct CompareOptions {
     std::uint64_t seed = 1;
     /// Called between pieces of work with what comes next and the share done.
     std::function<void(const std::string& stage, double fraction)> progress;
-    /// Asked between pieces of work; true ends the comparison by Error, kind cancelled.
-    std::function<bool()> cancelled;
+    StopToken stop;  ///< asked between pieces of work: the comparison then ends with what it has
 };
 
 /// One line of the verdict: the oracle against one engine in one quantity.
@@ -69,7 +68,9 @@ struct Comparison {
     std::vector<CompareRow> rows;
     std::vector<CompareSweep> sweeps;
     std::vector<CompareRegistration> registrations;
+    bool stopped = false;  ///< before its end, by the caller
 
+    /// Every row does, and none is missing.
     [[nodiscard]] bool agrees() const;
 };
 
@@ -82,4 +83,4 @@ struct Comparison {
                                           std::span<const Eigen::Vector3d> targets_ct_mm,
                                           const std::vector<NamedBackend>& backends, const CompareOptions& options);
 
-}  // namespace raylign
+}  // namespace raylign::detail

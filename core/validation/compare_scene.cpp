@@ -7,7 +7,7 @@
 #include "raylign/targets.h"
 #include "core/image/pyramid.h"
 
-namespace raylign::validation {
+namespace raylign::detail::validation {
 namespace {
 
 constexpr double kPoseTolerance_px = 0.005;  // at the object
@@ -59,4 +59,4 @@ Tolerance for_pixels(Tolerance tolerance, std::span<const View> views, const Eig
     return tolerance;
 }
 
-}  // namespace raylign::validation
+}  // namespace raylign::detail::validation

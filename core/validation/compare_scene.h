@@ -5,7 +5,7 @@
 
 #include "core/validation/compare.h"
 
-namespace raylign::validation {
+namespace raylign::detail::validation {
 
 /// Throws Error for fewer than two engines and options out of range.
 void check(const std::vector<NamedBackend>& backends, const CompareOptions& options);
@@ -23,4 +23,4 @@ void check(const std::vector<NamedBackend>& backends, const CompareOptions& opti
 [[nodiscard]] Tolerance for_pixels(Tolerance tolerance, std::span<const View> views,
                                    const Eigen::Vector3d& object_world_mm);
 
-}  // namespace raylign::validation
+}  // namespace raylign::detail::validation

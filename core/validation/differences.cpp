@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace raylign::validation {
+namespace raylign::detail::validation {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -71,4 +71,4 @@ double minimum_by_parabola(std::span<const double> offsets, std::span<const doub
     return offsets[k] + shift * (offsets[k + 1] - offsets[k]);
 }
 
-}  // namespace raylign::validation
+}  // namespace raylign::detail::validation

@@ -7,7 +7,7 @@
 #include "raylign/image.h"
 #include "core/similarity/linearization.h"
 
-namespace raylign::validation {
+namespace raylign::detail::validation {
 
 /// The largest of many differences, where it was, and their root mean square.
 class Largest {
@@ -36,4 +36,4 @@ void add_sums(Largest& largest, std::span<const MomentSums> other, std::span<con
 /// Place of the minimum by a parabola through the lowest sample and its neighbours; NaN where it is at an end.
 [[nodiscard]] double minimum_by_parabola(std::span<const double> offsets, std::span<const double> costs);
 
-}  // namespace raylign::validation
+}  // namespace raylign::detail::validation

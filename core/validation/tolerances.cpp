@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 CompareTolerances for_float() {
@@ -45,4 +45,4 @@ CompareTolerances compare_tolerances(const BackendInfo& info) {
     return t;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,7 +4,7 @@
 
 #include "core/backend.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// How far two engines may be apart, and why so far.
 struct Tolerance {
@@ -26,4 +26,4 @@ struct CompareTolerances {
 /// By what the engine says of itself: float or 16-bit voxels, exact interpolation or texture filters.
 [[nodiscard]] CompareTolerances compare_tolerances(const BackendInfo& info);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,7 +4,7 @@
 #include "raylign/io/image.h"
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using testing::HasSubstr;
@@ -189,4 +189,4 @@ TEST_F(BadInput, PhantomListsItsKindsAndChecksItsNumbers) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

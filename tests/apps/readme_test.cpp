@@ -10,7 +10,7 @@
 #include "core/io/files/output.h"
 #include "raylign/io/views.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// The first fenced block of README.md in `language`.
@@ -42,4 +42,4 @@ TEST(Readme, ItsViewsAreReadAndStandAtRightAngles) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

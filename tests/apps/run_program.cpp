@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -112,4 +112,4 @@ std::vector<std::string> names_in(const fs::path& folder) {
     return names;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

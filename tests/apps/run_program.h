@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 struct ProgramResult {
     int exit_code = -1;  ///< 128 + signal where a signal ended it
@@ -43,4 +43,4 @@ void write_text_file(const std::filesystem::path& path, const std::string& text)
 /// Names in a folder, sorted.
 [[nodiscard]] std::vector<std::string> names_in(const std::filesystem::path& folder);
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -1,6 +1,6 @@
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 constexpr const char* kGeometry = R"({ "raylign": 1, "views": [
@@ -49,4 +49,4 @@ std::vector<std::string> SmallCase::register_arguments(const std::vector<std::st
     return arguments;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

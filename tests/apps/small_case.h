@@ -5,7 +5,7 @@
 
 #include "tests/apps/run_program.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// A small spine in two views at 90 degrees, its X-rays simulated at a known pose, and a start about 6 mm away.
 class SmallCase {
@@ -22,4 +22,4 @@ private:
     const TestFolder& folder_;
 };
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

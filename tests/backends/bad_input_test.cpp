@@ -11,7 +11,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
@@ -172,4 +172,4 @@ INSTANTIATE_TEST_SUITE_P(All, BackendBadInput, testing::ValuesIn(backend_names()
                          [](const auto& test) { return test::test_name(test.param); });
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

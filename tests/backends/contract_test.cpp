@@ -11,7 +11,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 class BackendContract : public testing::TestWithParam<std::string> {
@@ -240,4 +240,4 @@ INSTANTIATE_TEST_SUITE_P(All, BackendContract, testing::ValuesIn(backend_names()
                          [](const auto& test) { return test::test_name(test.param); });
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

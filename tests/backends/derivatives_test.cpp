@@ -10,7 +10,7 @@
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kUnitRadius_mm = 60;  // makes rotations and translations comparable: the spine's half width
@@ -127,4 +127,4 @@ INSTANTIATE_TEST_SUITE_P(All, Derivatives,
                          });
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,13 +6,13 @@
 #include <numbers>
 
 #include "raylign/targets.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "tests/support/backends.h"
 #include "tests/support/image_compare.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 class BackendParity : public testing::TestWithParam<std::string> {
@@ -117,4 +117,4 @@ INSTANTIATE_TEST_SUITE_P(All, BackendParity, testing::ValuesIn(names_but_referen
                          [](const auto& test) { return test::test_name(test.param); });
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,10 +1,10 @@
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 TEST(Registry, AnUnknownNameIsRefusedListingTheValidOnes) {
@@ -59,4 +59,4 @@ TEST(Registry, ABackendThatCannotRunSaysWhy) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -12,7 +12,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kSide = 45;  // no multiple of a vector or a tile
@@ -178,4 +178,4 @@ INSTANTIATE_TEST_SUITE_P(All, BackendWeights, testing::ValuesIn(backend_names())
                          [](const auto& test) { return test::test_name(test.param); });
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

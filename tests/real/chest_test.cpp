@@ -6,13 +6,13 @@
 #include "raylign/simulate.h"
 #include "raylign/targets.h"
 #include "raylign/io/volume.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kField_mm = 400;  // the chest is wider: the images cut it, as real ones do
@@ -93,4 +93,4 @@ TEST(Chest, TextureFiltersAndInt16VoxelsMoveThePoseLittle) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -8,11 +8,11 @@
 #include <numbers>
 
 #include "raylign/targets.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "tests/support/backends.h"
 #include "tests/support/test_data.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 class WristRadius : public testing::TestWithParam<int> {};
@@ -34,4 +34,4 @@ TEST_P(WristRadius, IsFoundUnderTheOtherBones) {
 INSTANTIATE_TEST_SUITE_P(Instants, WristRadius, testing::Values(2, 99));
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,10 +7,10 @@
 #include <sstream>
 #include <string>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// True where `name` is in RAYLIGN_REQUIRE_BACKENDS ("reference,cpu"): a test then fails instead of skipping.
 inline bool is_required(const std::string& name) {
@@ -35,16 +35,16 @@ inline std::string test_name(std::string name) {
     return name;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test
 
 /// Makes the backend `wanted` into `variable`; skips with the reason where it cannot run here, or fails where it is
 /// required.
 #define RAYLIGN_MAKE_BACKEND(variable, wanted)                                                          \
     std::unique_ptr<raylign::Backend> variable;                                                         \
     try {                                                                                               \
-        variable = raylign::create_backend(wanted, raylign::test::parity_options(wanted)).backend;      \
+        variable = raylign::create_backend(wanted, raylign::detail::test::parity_options(wanted)).backend;      \
     } catch (const raylign::Error& error) {                                                             \
-        if (raylign::test::is_required(wanted)) FAIL() << (wanted) << " is required: " << error.what(); \
+        if (raylign::detail::test::is_required(wanted)) FAIL() << (wanted) << " is required: " << error.what(); \
         GTEST_SKIP() << error.what();                                                                   \
     }                                                                                                   \
     ASSERT_EQ(variable->info().name, wanted) << "another backend than the one asked for ran"

@@ -7,7 +7,7 @@
 
 #include "raylign/image.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// EXPECT_TRUE(images_near(actual, expected, share)): every pixel within `share` of the expected image's maximum; a
 /// failure says how far off, where, and what both images hold there.
@@ -35,4 +35,4 @@ inline testing::AssertionResult images_near(const Image& actual, const Image& ex
                                        << expected.pixels[worst];
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -2,7 +2,7 @@
 
 #include "raylign/phantom.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// A body without any symmetry: the letter F (readable for someone who faces the patient: its bars point to the
 /// patient's left), a ball on the patient's right side near the feet in front, and a rod towards the back. LPS, mm.
@@ -19,4 +19,4 @@ inline Phantom letter_phantom() {
     return phantom;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

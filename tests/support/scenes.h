@@ -10,7 +10,7 @@
 #include "raylign/view.h"
 #include "raylign/phantom.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// A C-arm view of `side_px`^2 pixels over a field of about `field_mm` at the isocentre.
 inline ViewGeometry c_arm_view(double primary_angle_deg, int side_px, double field_mm = 200,
@@ -51,4 +51,4 @@ inline std::vector<View> with_exact_images(std::vector<View> views, const Phanto
     return views;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// Float32 engines against the double reference, as a share of the image's maximum: some 500 float additions of one
 /// sign a ray (about 512 * 2^-24 = 3e-5 worst case, far less on average) and float sample positions (2^-15 voxel at
@@ -36,4 +36,4 @@ inline constexpr double kSteepestPoseMtre_mm = 0.6;
 inline constexpr double kSweepMinimum = 1e-3;
 inline constexpr double kSweepMinimumOfFloatSums = 2e-2;
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

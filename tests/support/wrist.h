@@ -10,7 +10,7 @@
 #include "raylign/io/views.h"
 #include "raylign/io/volume.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// Real biplane X-rays of a wrist and the CT of one of its bones: other bones, hand and soft tissue lie over the
 /// radius. `folder` holds the files that Autoscoper comes with; instants are 2 and 99.
@@ -54,4 +54,4 @@ inline Wrist read_wrist(const std::filesystem::path& folder, int instant) {
     return wrist;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

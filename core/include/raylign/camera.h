@@ -64,10 +64,4 @@ struct CArm {
 /// Unit vector in world from the source through a pixel centre.
 [[nodiscard]] Eigen::Vector3d ray_direction_world(const ViewGeometry& view, const Eigen::Vector2d& pixel);
 
-/// The camera of the image that averages 2x2 pixels: pixel i of it covers 2i and 2i + 1, so u' = (u - 1/2) / 2.
-[[nodiscard]] Camera half_resolution(const Camera& camera);
-
-/// Throws Error for a size below 1, focal lengths that are not positive and finite, or a bad sdd. `where` is named.
-void check_camera(const Camera& camera, std::string_view where);
-
 }  // namespace raylign

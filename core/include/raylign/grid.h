@@ -25,4 +25,14 @@ struct VoxelGrid {
     [[nodiscard]] long long voxel_count() const { return static_cast<long long>(size.x()) * size.y() * size.z(); }
 };
 
+/// Voxels with begin <= voxel < end on every axis.
+struct VoxelBox {
+    Eigen::Vector3i begin = Eigen::Vector3i::Zero(), end = Eigen::Vector3i::Zero();
+};
+
+/// A box with sides along the axes of ct coordinates; points on its faces are inside.
+struct CtBox {
+    Eigen::Vector3d low_mm = Eigen::Vector3d::Zero(), high_mm = Eigen::Vector3d::Zero();
+};
+
 }  // namespace raylign

@@ -36,12 +36,7 @@ struct TargetErrors {
 /// Mean of the targets. Throws Error for no targets.
 [[nodiscard]] Eigen::Vector3d targets_centre_mm(std::span<const Eigen::Vector3d> targets_mm);
 
-/// Where the object's dense part begins [1/mm]: the attenuation of 200 HU (cancellous bone) in the default preset where
-/// at least 1000 voxels lie above it, else half of the 99.9th percentile of the positive voxels (a few odd voxels, such
-/// as metal or noise, then decide nothing; a homogeneous object counts whole). Throws Error where no voxel is positive.
-[[nodiscard]] double dense_threshold_per_mm(const Volume& volume);
-
-/// Default targets: centres of voxels of the object's dense part (above dense_threshold_per_mm), spread evenly: the
+/// Default targets: centres of voxels of the object's dense part (above 200 HU where at least 1000 voxels are, else above half of the densest), spread evenly: the
 /// dense part's bounding box is cut into cubic cells and each cell gives its dense voxel nearest to the cell's centre.
 /// The cells' side is chosen so that about `count` of them hold dense voxels; where there are fewer voxels, fewer
 /// targets come back. Deterministic. Throws Error for count outside [1, 10000] and where no voxel is positive.

@@ -9,7 +9,8 @@ enum class Termination {
     converged,  ///< no step longer than the tolerance lowers the cost
     max_iterations,
     non_finite_cost,  ///< the objective gave NaN or infinity
-    stopped,          ///< the caller's callback said so
+    stopped,          ///< the caller asked for it
+    time_limit,       ///< the time allowed was over
 };
 [[nodiscard]] std::string_view termination_name(Termination termination);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "raylign/grid.h"
@@ -18,6 +19,12 @@ struct Volume {
         return (static_cast<std::size_t>(z) * grid.size.y() + y) * grid.size.x() + x;
     }
     [[nodiscard]] float operator()(int x, int y, int z) const { return attenuation_per_mm[index(x, y, z)]; }
+};
+
+/// A label per voxel, on a grid of its own.
+struct LabelMap {
+    VoxelGrid grid;
+    std::vector<std::int32_t> labels;  ///< x fastest, grid.voxel_count() values; 0 = background
 };
 
 }  // namespace raylign

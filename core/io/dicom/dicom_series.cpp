@@ -15,12 +15,12 @@ namespace {
 
 constexpr std::uint32_t kStorageClass = 0x00020002, kSeriesDescription = 0x0008103e, kSeriesUid = 0x0020000e,
                         kSeriesNumber = 0x00200011, kPosition = 0x00200032, kOrientation = 0x00200037,
-                        kPixelSpacing = 0x00280030, kRows = 0x00280010, kColumns = 0x00280011;
+                        kPixelSpacing = 0x00280030;
 
 DicomSlice slice_of(const DicomTags& tags, const std::string& file) {
     DicomSlice slice;
     slice.path = file;
-    slice.size = {static_cast<int>(tags.number(kColumns, 0)), static_cast<int>(tags.number(kRows, 0))};
+    slice.size = {static_cast<int>(tags.number(kColumnsTag, 0)), static_cast<int>(tags.number(kRowsTag, 0))};
     const std::vector<double> position = tags.numbers(kPosition, 3);
     const std::vector<double> axes = tags.numbers(kOrientation, 6);
     const std::vector<double> pitch = tags.numbers(kPixelSpacing, 2);

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint32_t kUndefinedLength = 0xffffffff, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
                         kSequenceEnd = 0xfffee0dd;
 constexpr std::uint32_t kTransferSyntax = 0x00020010, kPixelData = 0x7fe00010;
-constexpr std::uint32_t kRows = 0x00280010, kColumns = 0x00280011, kSamples = 0x00280002, kBitsAllocated = 0x00280100,
+constexpr std::uint32_t kSamples = 0x00280002, kBitsAllocated = 0x00280100,
                         kFrames = 0x00280008, kIntensitySign = 0x00281041;
 constexpr std::uint32_t kLongestKept = 1 << 16;  // bytes: angles of every frame of a long run; icons are longer
 constexpr int kDeepest = 32;                     // sequences within sequences
@@ -123,7 +123,7 @@ private:
 
     std::string value_text(const Element& element, const Encoding& encoding) {
         const bool is_us =
-            element.tag == kRows || element.tag == kColumns || element.tag == kSamples || element.tag == kBitsAllocated;
+            element.tag == kRowsTag || element.tag == kColumnsTag || element.tag == kSamples || element.tag == kBitsAllocated;
         if (is_us && element.length == 2) return std::to_string(integer(2, encoding.is_big_endian));
         if (element.tag == kIntensitySign && element.length == 2) {
             return std::to_string(static_cast<std::int16_t>(integer(2, encoding.is_big_endian)));
@@ -156,7 +156,7 @@ private:
             return;
         }
         tags_.has_pixels = true;
-        const double pixels = tags_.number(kRows, 0) * tags_.number(kColumns, 0) * tags_.number(kSamples, 1) *
+        const double pixels = tags_.number(kRowsTag, 0) * tags_.number(kColumnsTag, 0) * tags_.number(kSamples, 1) *
                               std::max(1.0, tags_.number(kFrames, 1));
         const double needed_bytes = pixels * tags_.number(kBitsAllocated, 16) / 8;
         if (element.length != kUndefinedLength && element.length < needed_bytes) {

@@ -9,6 +9,8 @@
 
 namespace raylign::detail {
 
+inline constexpr std::uint32_t kRowsTag = 0x00280010, kColumnsTag = 0x00280011;
+
 /// The file's top-level elements whose values are short, by (group << 16) + element; without nested ones.
 struct DicomTags {
     std::map<std::uint32_t, std::string>

@@ -69,7 +69,7 @@ void append(std::string& text, const json& value, const std::string& indent) {
     text += value.is_object() ? "}" : "]";
 }
 
-constexpr int kDeepest = 64;  // levels; no file of this project has 10, and printing a value recurses
+constexpr int kDeepestLevel = 64;  // levels; no file of this project has 10, and printing a value recurses
 
 /// nlohmann's message without its prefix "[json.exception.parse_error.101] ".
 std::string reason(const json::exception& failure) {
@@ -92,8 +92,8 @@ json parse(std::istringstream& stream, DuplicateKeys& keys, const std::string& n
     };
     try {
         return json::parse(stream, [&](int depth, json::parse_event_t event, json& value) {
-            if (depth > kDeepest) {
-                throw Error(name + " is nested deeper than " + std::to_string(kDeepest) + " levels at " +
+            if (depth > kDeepestLevel) {
+                throw Error(name + " is nested deeper than " + std::to_string(kDeepestLevel) + " levels at " +
                             position(stream.str(), bytes_read()));
             }
             return keys(depth, event, value);

@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/io/files/temporary_file.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -185,4 +185,4 @@ std::string sha256_of_file(const fs::path& path) {
     return hex;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Files of one run, staged in a hidden folder inside the output folder and moved into place together by commit().
 /// Destroyed without commit (an error, Ctrl-C) it removes the staging folder: nothing old is lost, nothing half
@@ -39,4 +39,4 @@ void write_text(const std::filesystem::path& path, std::string_view text);
 /// SHA-256 of a file's bytes, lower-case hex.
 [[nodiscard]] std::string sha256_of_file(const std::filesystem::path& path);
 
-}  // namespace raylign
+}  // namespace raylign::detail

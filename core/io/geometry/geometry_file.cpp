@@ -9,6 +9,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 
 std::string_view format_name(GeometryFormat format) {
     switch (format) {

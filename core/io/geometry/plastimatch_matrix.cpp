@@ -1,4 +1,3 @@
-#include <Eigen/LU>
 #include <cmath>
 #include <cstdio>
 
@@ -9,6 +8,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace detail {
 namespace {
 

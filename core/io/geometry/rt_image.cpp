@@ -24,7 +24,6 @@ constexpr Tag kSdd{0x30020026, "RTImageSID (3002,0026)"};
 constexpr Tag kGantry{0x300a011e, "GantryAngle (300A,011E)"};
 constexpr Tag kCouch{0x300a0122, "PatientSupportAngle (300A,0122)"};
 constexpr Tag kIsocentre{0x300a012c, "IsocenterPosition (300A,012C)"};
-constexpr std::uint32_t kRows = 0x00280010, kColumns = 0x00280011;
 
 class RtReader {
 public:
@@ -89,7 +88,7 @@ GeometryView read_rt_image(const DicomTags& tags, const GeometryHints& hints, co
     const double gantry = reader.need(kGantry, 1)[0] * std::numbers::pi / 180;
     StoredProjection stored;
     stored.size_px = settled_size(
-        Eigen::Vector2i(static_cast<int>(tags.number(kColumns, 0)), static_cast<int>(tags.number(kRows, 0))), hints,
+        Eigen::Vector2i(static_cast<int>(tags.number(kColumnsTag, 0)), static_cast<int>(tags.number(kRowsTag, 0))), hints,
         where);
     stored.sdd_mm = sdd;
     Eigen::Matrix3d base, turn;

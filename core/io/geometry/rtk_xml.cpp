@@ -13,6 +13,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace detail {
 namespace {
 

@@ -1,8 +1,9 @@
 #include "core/io/geometry/stored_projection.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "core/geometry/camera.h"
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 #include "core/io/files/text.h"
 
@@ -60,7 +61,7 @@ GeometryView finish_view(StoredProjection stored, const GeometryHints& hints, co
     view.flip = hints.flip.value_or(stored.own_flip.value_or(ImageFlip::none));
     view.assumptions = std::move(stored.assumptions);
     const Matrix34 pixel_from_world = flip_matrix(view.flip, stored.size_px) * stored.pixel_from_world;
-    const double determinant = pixel_from_world.leftCols<3>().determinant();
+    const double determinant = determinant_of(pixel_from_world.leftCols<3>());
     if (determinant < 0) {
         const bool is_flipped = view.flip != ImageFlip::none;
         throw Error("the image of " + where + " is mirrored: its columns, rows and viewing direction are left-handed" +

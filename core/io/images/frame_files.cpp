@@ -11,6 +11,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr std::size_t kMostDigits = 9;  // of a number that fits an int

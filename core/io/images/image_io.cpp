@@ -1,3 +1,4 @@
+#include "core/io/images/png.h"
 #include "raylign/io/image.h"
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using detail::Raster;
@@ -167,7 +169,7 @@ void write_image(const std::filesystem::path& path, const Image& image) {
     detail::write_raster(path, raster);
 }
 
-void write_png(const std::filesystem::path& path, const RgbImage& image) {
+void detail::write_png(const std::filesystem::path& path, const RgbImage& image) {
     const std::string extension = detail::lower_case(path.extension().string());
     if (extension != ".png") throw bad_value("image format", extension, ".png", path.string());
     Raster raster = plane_of(image.width, image.height, 3, detail::PixelType::u8);

@@ -11,6 +11,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using detail::JsonNode;

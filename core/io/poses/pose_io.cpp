@@ -16,6 +16,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 RigidTransform pose_from_json(const std::filesystem::path& path) {

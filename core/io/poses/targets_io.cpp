@@ -9,6 +9,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;

@@ -1,17 +1,18 @@
 #include "raylign/io/trajectory.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <sstream>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using detail::number_text;
@@ -158,7 +159,7 @@ std::vector<TrajectoryRow> read_trajectory(const std::filesystem::path& path, st
 }
 
 RigidTransform ct_from_autoscoper(const VoxelGrid& grid) {
-    if (!(grid.direction.determinant() > 0)) {
+    if (!(determinant_of(grid.direction) > 0)) {
         throw Error(
             "Autoscoper's frame of a volume with left-handed axes is no rotation of ct: rewrite it right-handed");
     }

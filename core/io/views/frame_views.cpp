@@ -8,6 +8,7 @@
 #include "core/io/geometry/stored_projection.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 std::string size_text(const Eigen::Vector2i& size_px) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/geometry/camera.h"
 #include "core/io/geometry/stored_projection.h"
 #include "core/io/files/text.h"
 

@@ -9,6 +9,7 @@
 #include "core/io/views/views_geometry.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using detail::JsonNode;

@@ -5,6 +5,7 @@
 #include "raylign/io/views.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using nlohmann::json;

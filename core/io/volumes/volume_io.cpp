@@ -1,10 +1,10 @@
 #include "raylign/io/volume.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/intensity.h"
@@ -14,6 +14,7 @@
 #include "core/io/files/text.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 using detail::number_text;
@@ -136,7 +137,7 @@ void check_and_square(VoxelGrid& grid, const std::string& where) {
         throw bad_value("departure of the direction matrix from an orthonormal one", number_text(departure),
                         "at most 1e-4 (sheared or scaled axes)", where);
     }
-    const double sign = grid.direction.determinant() < 0 ? -1 : 1;  // a mirror times a rotation stays one
+    const double sign = determinant_of(grid.direction) < 0 ? -1 : 1;  // a mirror times a rotation stays one
     grid.direction = sign * nearest_rotation(sign * grid.direction);
 }
 
@@ -166,7 +167,7 @@ VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const 
 }
 
 void note_mirror(const VoxelGrid& grid, std::vector<std::string>& notes) {
-    if (grid.direction.determinant() < 0)
+    if (determinant_of(grid.direction) < 0)
         notes.emplace_back("the voxel axes are left-handed (direction matrix of determinant -1)");
 }
 

@@ -6,6 +6,7 @@
 #include "raylign/io/volume.h"
 
 namespace raylign {
+using namespace detail;
 
 void write_volume(const std::filesystem::path& path, const Volume& volume) {
     const std::string name = detail::lower_case(path.filename().string());

@@ -7,7 +7,7 @@
 #include "core/image/pyramid.h"
 #include "core/image/view_crop.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that engines must agree on
@@ -32,30 +32,13 @@ void add(SessionCounters& sum, const SessionCounters& c) {
 
 }  // namespace
 
-void RunContext::check_hooks() const {
-    if (options.cancelled && options.cancelled()) throw Error("stopped by the caller", ErrorKind::cancelled);
-    if (options.time_limit_s > 0 && elapsed_s() > options.time_limit_s) throw TimeIsUp{};
-}
-
-void RunContext::show_progress(int level, double work, double cost, int iteration) const {
-    if (!progress) return;
-    const double fraction = std::min(1.0, (done_work + work) / total_work);
-    const RegistrationProgress now{.level = level,
-                                   .levels = level_count,
-                                   .iteration = iteration,
-                                   .cost = cost,
-                                   .fraction = fraction,
-                                   .remaining_s = elapsed_s() * (1 - fraction) / std::max(fraction, 1e-3)};
-    if (!progress(now)) throw Error("stopped by the caller", ErrorKind::cancelled);
-}
-
 double level_work(const LevelPlan& plan) {
     // Halving images by 2 leaves a quarter of the rays; halving the volume, half of the samples on each.
     return std::exp2(-2.0 * plan.image_halvings.front() - plan.volume_halvings) * kTypicalIterations;
 }
 
-Level::Level(RunContext& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
-    : run_(run), plan_(plan), index_(run.levels_made) {
+Level::Level(Run& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
+    : run_(run), plan_(plan), index_(static_cast<int>(run.result.levels.size())) {
     make_views(focus);
     session_ = run.resident.session(plan.volume_halvings, views_, {run.options.similarity.metric, plan.filter});
     const Volume& volume = run.resident.halved(plan.volume_halvings);
@@ -64,8 +47,7 @@ Level::Level(RunContext& run, const LevelPlan& plan, Content content, const std:
     for (const View& view : views_) report_.image_sizes_px.push_back(view.geometry.camera.size_px);
     report_.filter = plan.filter;
     report_.content = content;
-    ++run.levels_made;
-    run.result.levels.emplace_back();  // its place, whenever it ends
+    run.result.levels.emplace_back();  // its place, whenever it is closed
 }
 
 void Level::make_views(const std::optional<Focus>& focus) {
@@ -75,20 +57,20 @@ void Level::make_views(const std::optional<Focus>& focus) {
         if (focus) {
             const int margin_px = static_cast<int>(std::ceil(focus->margin_mm / plan_.pixel_at_object_mm)) +
                                   2 * plan_.filter.radius_px + 1;
-            view = crop(view, reached_pixels(view.geometry, run_.volume.grid, focus->world_from_ct, margin_px));
+            view = crop(view, reached_pixels(view.geometry, run_.volume().grid, focus->world_from_ct, margin_px));
         }
         views_.push_back(std::move(view));
     }
 }
 
-Level::~Level() {
+void Level::close() {
     RegistrationResult& result = run_.result;
     report_.volume_bytes = session_->volume_bytes();  // now that rays have asked for all copies that they need
     report_.volume_layout = session_->volume_layout();
     add(counters_, session_->counters());
     report_.evaluations = counters_.evaluations;
     report_.linearizations = counters_.linearizations;
-    report_.time_s = std::chrono::duration<double>(RunContext::Clock::now() - begin_).count();
+    report_.time_s = std::chrono::duration<double>(Run::Clock::now() - begin_).count();
     result.iterations += report_.iterations;
     add(result.counters, counters_);
     add(result.timing, session_->timing());
@@ -107,7 +89,7 @@ std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std
     std::vector<View> views;
     for (std::size_t v = 0; v < views_.size(); ++v) {
         const PixelBox box =
-            reached_pixels(views_[v].geometry, run_.volume.grid, world_from_ct, 2 * plan_.filter.radius_px + 1);
+            reached_pixels(views_[v].geometry, run_.volume().grid, world_from_ct, 2 * plan_.filter.radius_px + 1);
         views.push_back(crop(views_[v], box));
         cut.push_back(crop(images[v], box));
     }
@@ -133,7 +115,7 @@ LevelProblem Level::problem(const RigidTransform& start, bool finest, Session& s
             .step_tolerance_mm = (finest ? kToleranceFinest_px : kToleranceCoarse_px) * plan_.pixel_at_object_mm,
             .cost_tolerance = finest ? kCostToleranceFinest : kCostToleranceCoarse,
             .max_iterations = run_.options.max_iterations_per_level,
-            .before_batch = [this] { run_.check_hooks(); }};
+            .before_batch = [this] { stop_if_asked(run_); }};
 }
 
 LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double initial_step_mm) {
@@ -157,7 +139,7 @@ void Level::record(const OptimizerStep& step, const RigidTransform& pose) {
     result.world_from_ct = pose;
     result.cost_final = step.cost;
     const double share = static_cast<double>(step.iteration) / (kTypicalIterations + step.iteration);
-    run_.show_progress(index_, share * level_work(plan_), step.cost, step.iteration);
+    show_progress(run_, index_, share * level_work(plan_), step.cost, step.iteration);
 }
 
 void Level::check_overlap() {
@@ -171,4 +153,4 @@ void Level::check_overlap() {
     }
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

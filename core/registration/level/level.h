@@ -1,63 +1,28 @@
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <optional>
 
 #include "core/registration/level/methods.h"
 #include "core/registration/level/plan.h"
-#include "core/registration/object/overlap.h"
-#include "core/registration/registration.h"
-#include "core/registration/object/resident_volume.h"
+#include "core/registration/level/run.h"
 
-namespace raylign {
-
-/// Thrown between batches when the time limit is over; never leaves register_volume.
-struct TimeIsUp {};
-
-/// What all parts of one registration share.
-struct RunContext {
-    using Clock = std::chrono::steady_clock;
-
-    ResidentVolume& resident;
-    const Volume& volume;
-    std::span<const View> views;
-    const RegistrationOptions& options;
-    Backend& backend;
-    const ProgressCallback& progress;
-    ObjectExtent extent;
-    const ObjectSample& sample;
-    RigidTransform start;
-    RegistrationResult result{};
-    Clock::time_point begin = Clock::now();
-    double total_work = 1, done_work = 0;  ///< in units of level_work
-    int level_count = 1;                   ///< planned so far
-    int levels_made = 0;
-
-    [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-    /// Before every batch. Throws Error(cancelled) or TimeIsUp.
-    void check_hooks() const;
-    /// Tells the caller how far it is: `work` units beyond what is done. Throws Error(cancelled) where it says so.
-    void show_progress(int level, double work, double cost, int iteration = 0) const;
-};
+namespace raylign::detail {
 
 /// Share of a level in the time of a run, in arbitrary units.
 [[nodiscard]] double level_work(const LevelPlan& plan);
 
 /// Where the images of a level are cut to: around the object at a pose. What lies beyond the margin has no weight in a
-/// part's registration; without it engines have less to filter and sum.
+/// part's registration; without it backends have less to filter and sum.
 struct Focus {
     RigidTransform world_from_ct;
     double margin_mm;  ///< at the object
 };
 
-/// One resolution, resident on the engine. What it counted is added to the result when it ends.
+/// One resolution, resident on the backend. What was counted on it reaches the result by close().
 class Level {
 public:
-    Level(RunContext& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus = {});
-    ~Level();
-    Level(const Level&) = delete;
-    Level& operator=(const Level&) = delete;
+    Level(Run& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus = {});
 
     [[nodiscard]] Session& session() { return *session_; }
     [[nodiscard]] std::span<const View> views() const { return views_; }
@@ -80,20 +45,34 @@ public:
     LevelOutcome optimize(const RigidTransform& start, bool finest, double initial_step_mm);
     /// Throws Error where the DRR at the start misses a view.
     void check_overlap();
+    /// Adds what was counted to the result: once, when the work on the level has ended, however it ended.
+    void close();
 
 private:
+    void make_views(const std::optional<Focus>& focus);
     void record(const OptimizerStep& step, const RigidTransform& pose);
 
-    RunContext& run_;
-    void make_views(const std::optional<Focus>& focus);
-
+    Run& run_;
     LevelPlan plan_;
     int index_;
     std::vector<View> views_;
     std::unique_ptr<Session> session_;
     SessionCounters counters_;  ///< of sessions cut from this level
     LevelReport report_;
-    RunContext::Clock::time_point begin_ = RunContext::Clock::now();
+    Run::Clock::time_point begin_ = Run::Clock::now();
 };
 
-}  // namespace raylign
+/// One level from its making to its closing, also where a stop or an error ends the work.
+template <class Work>
+void on_level(Run& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus, const Work& work) {
+    Level level(run, plan, content, focus);
+    try {
+        work(level);
+    } catch (...) {
+        level.close();
+        throw;
+    }
+    level.close();
+}
+
+}  // namespace raylign::detail

@@ -10,7 +10,7 @@
 #include "core/optimize/levenberg_marquardt.h"
 #include "core/optimize/steepest_descent.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kDifferenceStep_px =
@@ -178,4 +178,4 @@ LevelOutcome run_method(Method method, const LevelProblem& problem, const PoseCa
     throw Error("run_method: automatic is not a method of its own");
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,11 +6,11 @@
 
 #include "core/backend.h"
 #include "core/optimize/step.h"
-#include "raylign/termination.h"
 #include "core/registration/object/pose_space.h"
-#include "core/registration/registration.h"
+#include "raylign/options.h"
+#include "raylign/termination.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// What a method needs to know of one level.
 struct LevelProblem {
@@ -49,4 +49,4 @@ using PoseCallback = std::function<bool(const OptimizerStep&, const RigidTransfo
 [[nodiscard]] std::vector<LevelOutcome> run_gauss_newton_batch(const LevelProblem& problem,
                                                                std::span<const RigidTransform> starts);
 
-}  // namespace raylign
+}  // namespace raylign::detail

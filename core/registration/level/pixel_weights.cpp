@@ -8,7 +8,7 @@
 #include "core/image/smooth.h"
 #include "core/similarity/robust_weights.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr float kFloorShare = 0.05F;  // of the mean energy: empty background must not become the loudest part
@@ -86,4 +86,4 @@ void PixelWeights::reset() {
     session_.set_weights(weights);
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

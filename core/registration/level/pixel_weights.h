@@ -4,7 +4,7 @@
 
 #include "core/backend.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Weights 1 within `margin_px` (a square's half side) of the pixels that the volume's DRR reaches at the pose, per
 /// view, and 0 beyond: what a small object is compared on, the same for all poses within the margin.
@@ -38,4 +38,4 @@ private:
     std::vector<FixedChannels> unweighted_;  ///< base and masks, before robust weights
 };
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -5,7 +5,7 @@
 
 #include "core/image/pyramid.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kSmallestImageSide_px = 32;
@@ -50,7 +50,7 @@ bool masks_leave_enough(std::span<const View> views, const LevelPlan& plan) {
 
 std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
                                    const RigidTransform& world_from_ct, const ObjectExtent& extent,
-                                   const GradientFilter& finest_filter, int levels) {
+                                   const GradientFilter& finest_filter, std::optional<int> levels) {
     const Eigen::Vector3d centre_world_mm = world_from_ct * extent.centre_ct_mm;
     LevelPlan finest;
     finest.filter = finest_filter;
@@ -71,7 +71,7 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
     finest.volume_halvings = halvings_that_fit(volume.grid, finest.pixel_at_object_mm);
 
     std::vector<LevelPlan> plan{finest};
-    while ((smallest_side_px >>= 1) >= kSmallestImageSide_px && (levels == 0 || std::ssize(plan) < levels)) {
+    while ((smallest_side_px >>= 1) >= kSmallestImageSide_px && (!levels || std::ssize(plan) < *levels)) {
         if (extent.thickness_mm < kLeastThickness_px * 2 * plan.back().pixel_at_object_mm) break;
         LevelPlan next = plan.back();
         for (int& halvings : next.image_halvings) ++halvings;
@@ -85,4 +85,4 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
     return plan;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

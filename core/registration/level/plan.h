@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -8,7 +9,7 @@
 #include "raylign/volume.h"
 #include "core/registration/object/pose_space.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// One resolution of the pyramid: how often volume and images are halved, and the filter that goes with it.
 struct LevelPlan {
@@ -25,6 +26,6 @@ struct LevelPlan {
 /// volume is halved until its voxel fits the pixel.
 [[nodiscard]] std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
                                                  const RigidTransform& world_from_ct, const ObjectExtent& extent,
-                                                 const GradientFilter& finest_filter, int levels);
+                                                 const GradientFilter& finest_filter, std::optional<int> levels);
 
-}  // namespace raylign
+}  // namespace raylign::detail

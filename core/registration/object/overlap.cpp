@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kCells = 12;  // along the longest axis: at most 1728 points
@@ -89,4 +89,4 @@ double least_seen_share(const ObjectSample& sample, std::span<const View> views,
     return least;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

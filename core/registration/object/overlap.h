@@ -7,7 +7,7 @@
 #include "raylign/view.h"
 #include "raylign/volume.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Points that stand for the object: voxel centres in a regular lattice of its grid, each with the attenuation of its
 /// cell as weight.
@@ -31,4 +31,4 @@ struct ObjectSample {
 [[nodiscard]] double least_seen_share(const ObjectSample& sample, std::span<const View> views,
                                       const RigidTransform& world_from_ct);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,11 +1,11 @@
 #include "core/registration/object/pose_space.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 ObjectExtent object_extent(const Volume& volume) {
     double mass = 0;
@@ -37,7 +37,7 @@ ObjectExtent object_extent(const Volume& volume) {
         second / mass - centre * centre.transpose() + Eigen::Matrix3d(Eigen::Vector3d::Constant(1.0 / 12).asDiagonal());
     const Eigen::Matrix3d variance_mm2 =
         volume.grid.spacing_mm.asDiagonal() * variance * volume.grid.spacing_mm.asDiagonal();
-    const double thinnest_mm2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(variance_mm2).eigenvalues()[0];
+    const double thinnest_mm2 = principal_axes(variance_mm2).values[0];
     return {.centre_ct_mm = volume.grid.ct_from_voxel(centre),
             .thickness_mm = std::sqrt(12 * thinnest_mm2),
             .radius_mm = std::sqrt(5.0 / 3 * variance_mm2.trace())};
@@ -53,4 +53,9 @@ RigidTransform PoseSpace::pose(const Eigen::VectorXd& x) const {
     return exp_about(twist, centre_world_mm) * base_world_from_ct;
 }
 
-}  // namespace raylign
+double apart_mm(const RigidTransform& a, const RigidTransform& b, const ObjectExtent& extent) {
+    const double shift_mm = (a * extent.centre_ct_mm - b * extent.centre_ct_mm).norm();
+    return std::hypot(shift_mm, rotation_angle_rad(a * inverse(b)) * extent.radius_mm);
+}
+
+}  // namespace raylign::detail

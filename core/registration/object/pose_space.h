@@ -5,7 +5,7 @@
 #include "raylign/rigid_transform.h"
 #include "raylign/volume.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Centre and size of what attenuates in a volume.
 struct ObjectExtent {
@@ -28,4 +28,7 @@ struct PoseSpace {
 };
 [[nodiscard]] PoseSpace make_pose_space(const RigidTransform& base_world_from_ct, const ObjectExtent& extent);
 
-}  // namespace raylign
+/// How far apart two poses put the object: the length in PoseSpace parameters [mm at the rim].
+[[nodiscard]] double apart_mm(const RigidTransform& a, const RigidTransform& b, const ObjectExtent& extent);
+
+}  // namespace raylign::detail

@@ -5,7 +5,7 @@
 
 #include "core/image/pyramid.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 ResidentVolume::ResidentVolume(const Volume& volume, const RenderSettings& render, Backend& backend)
     : volume_(volume), render_(render), backend_(backend) {
@@ -37,10 +37,10 @@ std::unique_ptr<Session> ResidentVolume::session(int halvings, std::span<const V
 /// Halved voxels are larger: a step that suits the volume may be finer than check_render lets one be there.
 RenderSettings ResidentVolume::render_of(int halvings) {
     RenderSettings settings = render_;
-    if (settings.step_mm > 0) settings.step_mm = std::max(settings.step_mm, finest_step_mm(halved(halvings).grid));
+    if (settings.step_mm) settings.step_mm = std::max(*settings.step_mm, finest_step_mm(halved(halvings).grid));
     return settings;
 }
 
 double ResidentVolume::take_prepare_s() { return std::exchange(prepare_s_, 0); }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -8,7 +8,7 @@
 #include "core/registration/object/overlap.h"
 #include "core/registration/object/pose_space.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// A volume kept on an engine for many registrations: checked once, halved once, and each halving made resident when it
 /// is first needed. What a sequence of frames, and the levels of one registration, share. Borrows volume and backend
@@ -47,4 +47,4 @@ private:
     double prepare_s_ = 0;
 };
 
-}  // namespace raylign
+}  // namespace raylign::detail

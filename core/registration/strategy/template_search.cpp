@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <optional>
-#include <thread>
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kLattice_rad = 0.2;   // side of the cubes of turns, two points each: none is more than 6.5 degrees off
@@ -217,18 +215,11 @@ public:
 
     std::size_t place_count() const { return places_.shift_mm.size(); }
 
-    std::vector<Candidate> search(std::span<const Eigen::Vector3d> turns, int threads) const {
+    std::vector<Candidate> search(std::span<const Eigen::Vector3d> turns) const {
         std::vector<std::vector<Template>> templates;
         for (const Eigen::Vector3d& turn : turns) templates.push_back(templates_of(turn));
         std::vector<std::vector<Candidate>> found(turns.size());
-        std::atomic<std::size_t> next = 0;
-        const auto work = [&] {
-            for (std::size_t i = next++; i < turns.size(); i = next++) found[i] = peaks(turns[i], templates[i]);
-        };
-        std::vector<std::jthread> others;
-        for (int t = 1; t < threads; ++t) others.emplace_back(work);
-        work();
-        others.clear();
+        session_.for_each_index(turns.size(), [&](std::size_t i) { found[i] = peaks(turns[i], templates[i]); });
         std::vector<Candidate> all;
         for (const auto& peaks : found) all.insert(all.end(), peaks.begin(), peaks.end());
         return all;
@@ -296,7 +287,7 @@ private:
 }  // namespace
 
 TemplateFits poses_by_templates(Session& session, std::span<const View> views, const RigidTransform& nominal,
-                                const ObjectExtent& extent, const TemplateRange& range, std::size_t count, int threads,
+                                const ObjectExtent& extent, const TemplateRange& range, std::size_t count,
                                 const std::function<void(double)>& progress) {
     const bool near = range.reach_mm > 0;
     const double turn_rad = near ? std::min(range.turn_rad, range.reach_mm / extent.radius_mm) : range.turn_rad;
@@ -308,7 +299,7 @@ TemplateFits poses_by_templates(Session& session, std::span<const View> views, c
     for (std::size_t i = 0; i < all.size(); i += kChunk) {
         progress(static_cast<double>(i) / static_cast<double>(all.size()));
         const std::vector<Candidate> found =
-            search.search(std::span(all).subspan(i, std::min(kChunk, all.size() - i)), threads);
+            search.search(std::span(all).subspan(i, std::min(kChunk, all.size() - i)));
         fits.best.insert(fits.best.end(), found.begin(), found.end());
     }
     std::ranges::stable_sort(fits.best, {}, &Candidate::cost);
@@ -316,4 +307,4 @@ TemplateFits poses_by_templates(Session& session, std::span<const View> views, c
     return fits;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

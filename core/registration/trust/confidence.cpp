@@ -1,14 +1,13 @@
 #include "core/registration/trust/confidence.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kGroups = 16, kBlocksPerSide = 8;
@@ -18,12 +17,12 @@ int group_of(int block_x, int block_y, std::size_t view) {
     return (5 * block_x + 3 * block_y + 7 * static_cast<int>(view)) % kGroups;
 }
 
-struct PixelBox {
+struct WeightBox {
     int x0, y0, x1, y1;
 };
 
-PixelBox box_with_weight(const Image& weights) {
-    PixelBox box{weights.width, weights.height, 0, 0};
+WeightBox box_with_weight(const Image& weights) {
+    WeightBox box{weights.width, weights.height, 0, 0};
     for (int y = 0; y < weights.height; ++y) {
         for (int x = 0; x < weights.width; ++x) {
             if (!(weights(x, y) > 0)) continue;
@@ -33,7 +32,7 @@ PixelBox box_with_weight(const Image& weights) {
     return box;
 }
 
-Image without_group(const Image& weights, const PixelBox& box, int group, std::size_t view) {
+Image without_group(const Image& weights, const WeightBox& box, int group, std::size_t view) {
     Image rest = weights;
     for (int y = box.y0; y < box.y1; ++y) {
         const int block_y = (y - box.y0) * kBlocksPerSide / (box.y1 - box.y0);
@@ -50,7 +49,7 @@ using Twists = Eigen::Matrix<double, 6, kGroups>;
 /// One Gauss-Newton step per group left out.
 Twists steps_without_groups(const LevelProblem& problem, const RigidTransform& world_from_ct,
                             const std::vector<Image>& weights) {
-    std::vector<PixelBox> boxes;
+    std::vector<WeightBox> boxes;
     for (const Image& image : weights) boxes.push_back(box_with_weight(image));
     Twists steps;
     for (int group = 0; group < kGroups; ++group) {
@@ -60,7 +59,7 @@ Twists steps_without_groups(const LevelProblem& problem, const RigidTransform& w
         Linearization at;
         problem.before_batch();
         problem.session.linearize({&world_from_ct, 1}, problem.extent.centre_ct_mm, {&at, 1});
-        steps.col(group) = -at.curvature.ldlt().solve(at.gradient);
+        steps.col(group) = -solve_symmetric(at.curvature, at.gradient);
     }
     return steps;
 }
@@ -72,9 +71,9 @@ void summarise(Confidence& confidence, double radius_mm) {
     confidence.rotation_deg = std::sqrt(rotation.trace()) * 180 / std::numbers::pi;
     // Mean of |w x p|^2 over a uniform ball: 2/5 r^2 |w|^2.
     confidence.rim_mm = std::sqrt(translation.trace() + 0.4 * radius_mm * radius_mm * rotation.trace());
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(translation);
-    confidence.weakest_direction = axes.eigenvectors().col(2);
-    confidence.weakest_mm = std::sqrt(std::max(axes.eigenvalues()[2], 0.0));
+    const PrincipalAxes principal = principal_axes(translation);
+    confidence.weakest_direction = principal.axes.col(2);
+    confidence.weakest_mm = std::sqrt(std::max(principal.values[2], 0.0));
 }
 
 }  // namespace
@@ -90,7 +89,7 @@ Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_fr
         steps = steps_without_groups(problem, world_from_ct, weights);
     } catch (const Error& error) {
         problem.session.set_weights(weights);
-        if (error.kind() == ErrorKind::cancelled) throw;
+        if (error.kind() != ErrorKind::input) throw;
         return confidence;  // a group held nearly all pixels
     }
     problem.session.set_weights(weights);
@@ -102,4 +101,4 @@ Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_fr
     return confidence;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "core/registration/level/methods.h"
-#include "core/registration/registration.h"
+#include "raylign/result.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Delete-a-group jackknife [Efron 1982; Shao and Wu 1989] over 16 groups of image blocks: with the weights of group g
 /// set to zero, one Gauss-Newton step x_g from the pose; covariance = k^2 (G - 1) / G sum_g (x_g - mean) (x_g -
@@ -17,4 +17,4 @@ namespace raylign {
 inline constexpr double kCalibration_explained = 1;   ///< noise is all that is left
 inline constexpr double kCalibration_mismatch = 2.2;  ///< structures that bias all groups alike: scatter, other tissue
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,17 +1,14 @@
 #include "core/registration/trust/mirrored.h"
 
 #include <algorithm>
-#include <limits>
 #include <vector>
 
-#include "core/base/error.h"
 #include "core/base/number_text.h"
-#include "core/registration/object/resident_volume.h"
+#include "core/registration/policy.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
-constexpr double kWeakCost = 0.5;    // a right pose of a whole is below, and most of a part
 constexpr double kFarBetter = 0.15;  // of cost; a chest mirrored in one of two views lost 0.41
 constexpr std::size_t kMostViews = 3;
 
@@ -30,17 +27,6 @@ std::string names_of(std::span<const View> views, unsigned subset) {
     return names;
 }
 
-/// Of a registration; not a number where there is none, as where the mirrored mask leaves nothing of the DRR.
-double cost_of(ResidentVolume& volume, std::span<const View> views, const RigidTransform& start_world_from_ct,
-               const RegistrationOptions& options, const ProgressCallback& progress) {
-    try {
-        return register_volume(volume, views, start_world_from_ct, options, progress).cost_final;
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::input) throw;
-        return std::numeric_limits<double>::quiet_NaN();
-    }
-}
-
 }  // namespace
 
 View with_columns_reversed(View view) {
@@ -49,10 +35,8 @@ View with_columns_reversed(View view) {
     return view;
 }
 
-std::optional<std::string> mirror_suspicion(ResidentVolume& volume, std::span<const View> views,
-                                            const RigidTransform& start_world_from_ct,
-                                            const RegistrationOptions& options, const RegistrationResult& found,
-                                            const ProgressCallback& progress) {
+std::optional<std::string> mirror_suspicion(std::span<const View> views, const RegistrationResult& found,
+                                            const CostOfViews& cost_of) {
     if (views.size() > kMostViews) return std::nullopt;
     if (std::ranges::none_of(found.view_costs, [](double cost) { return !(cost < kWeakCost); })) return std::nullopt;
     double best_cost = found.cost_final - kFarBetter;
@@ -62,7 +46,7 @@ std::optional<std::string> mirror_suspicion(ResidentVolume& volume, std::span<co
         for (std::size_t v = 0; v < mirrored.size(); ++v) {
             if (subset >> v & 1U) mirrored[v] = with_columns_reversed(std::move(mirrored[v]));
         }
-        const double cost = cost_of(volume, mirrored, start_world_from_ct, options, progress);
+        const double cost = cost_of(mirrored);
         if (!(cost < best_cost)) continue;
         best_cost = cost;
         best = subset;
@@ -74,4 +58,4 @@ std::optional<std::string> mirror_suspicion(ResidentVolume& volume, std::span<co
            "needs none";
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

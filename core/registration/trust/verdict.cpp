@@ -4,11 +4,11 @@
 #include <numbers>
 
 #include "core/base/number_text.h"
+#include "core/registration/policy.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
-constexpr double kWeakCost_whole = 0.5;   // a mean correlation below one half: the DRR explains too little
 constexpr double kWeakCost_part = 0.8;    // other tissue is expected, but this is what unrelated edges reach
 constexpr double kWeakCost_found = 0.65;  // of a part that was found anywhere: of so many places some fit by chance
 constexpr double kMostCovered = 0.7;      // of the image: little is left for other tissue, so it is judged as a whole
@@ -18,7 +18,6 @@ constexpr double kTestedTurn_rad = 0.8;   // 45 degrees
 constexpr double kRivalMargin = 0.015;    // of cost: the gap that noise can close
 /// After a search everywhere: of so many places two fit alike by chance, and right poses have led by 0.13 and more.
 constexpr double kRivalMargin_global = 0.05;
-constexpr double kLeastOverlap_part = 0.5;   // what a search asks for, too
 constexpr double kLeastOverlap_whole = 0.1;  // a CT may be much larger than the X-ray's field
 constexpr double kLargestRim_mm = 1.5;       // an expected error above this is not a registration
 
@@ -38,7 +37,7 @@ bool covers(const RegistrationResult& result, std::size_t view) {
 }
 
 double weak_cost(const RegistrationResult& result, std::size_t view) {
-    if (result.content == Content::whole || covers(result, view)) return kWeakCost_whole;
+    if (result.content == Content::whole || covers(result, view)) return kWeakCost;
     return result.search.mode == Search::global ? kWeakCost_found : kWeakCost_part;
 }
 
@@ -67,7 +66,7 @@ void doubt_beyond_range(const RegistrationResult& result, const RigidTransform& 
 
 void doubt_little_overlap(const RegistrationResult& result, std::span<const View> views,
                           std::vector<std::string>& reasons) {
-    const double least = result.content == Content::part ? kLeastOverlap_part : kLeastOverlap_whole;
+    const double least = result.content == Content::part ? kLeastSeen_part : kLeastOverlap_whole;
     for (std::size_t v = 0; v < result.overlap.size(); ++v) {
         if (result.overlap[v] >= least) continue;
         reasons.push_back("view " + views[v].name + " shows only " + fixed(100 * result.overlap[v], 0) +
@@ -121,4 +120,4 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     return reasons;
 }
 
-}  // namespace raylign
+}  // namespace raylign::detail

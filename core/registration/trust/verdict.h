@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "raylign/view.h"
 #include "core/registration/object/pose_space.h"
-#include "core/registration/registration.h"
+#include "raylign/result.h"
+#include "raylign/view.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Why not to trust a result, in words for people; empty = trust it. The bounds were set on trials with known truth
 /// (bench/README.md, "knows when it failed").
 [[nodiscard]] std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
                                               const RigidTransform& start, const ObjectExtent& extent);
 
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,7 +6,7 @@
 
 #include "tests/apps/run_program.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using nlohmann::json;
@@ -50,4 +50,4 @@ TEST(BenchCommand, RefusesSizesOutOfRange) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -4,7 +4,7 @@
 
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using nlohmann::json;
@@ -71,4 +71,4 @@ TEST_F(CompareCommand, BadInputIsRefused) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

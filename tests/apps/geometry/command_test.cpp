@@ -5,7 +5,7 @@
 #include "apps/geometry/summary.h"
 #include "tests/apps/run_program.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using nlohmann::json;
@@ -119,4 +119,4 @@ TEST(CArmAngles, SurviveEveryDirection) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -9,7 +9,7 @@
 #include "apps/pictures/edges.h"
 #include "apps/pictures/picture.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 /// A soft-edged disc, denser inside.
@@ -165,4 +165,4 @@ TEST(BitmapFont, LettersDiffer) {
 }
 
 }  // namespace
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

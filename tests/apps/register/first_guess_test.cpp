@@ -9,7 +9,7 @@
 #include "raylign/io/pose.h"
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using apps::first_guess;
@@ -151,4 +151,4 @@ TEST_F(Guess, RegisterStartsFromLandmarks) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

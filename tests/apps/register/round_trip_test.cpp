@@ -6,7 +6,7 @@
 #include "raylign/io/pose.h"
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using nlohmann::json;
@@ -171,4 +171,4 @@ TEST_F(RoundTrip, DrrPreviewIsAPng) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

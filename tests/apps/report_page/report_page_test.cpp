@@ -5,7 +5,7 @@
 
 #include "tests/apps/small_case.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 using testing::HasSubstr;
@@ -43,4 +43,4 @@ TEST(PageLayer, IsAPngInThePageAndLeavesNoFile) {
 }
 
 }  // namespace
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -7,7 +7,7 @@
 
 #include "tests/apps/run_program.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using testing::HasSubstr;
@@ -119,4 +119,4 @@ TEST(Usage, AMissingRequiredOptionIsNamed) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -5,7 +5,7 @@
 
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 class Interrupt : public testing::TestWithParam<int> {};
@@ -32,4 +32,4 @@ INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, testing::Values(SIGINT, SIGTERM),
                          [](const auto& named) { return named.param == SIGINT ? "CtrlC" : "Terminate"; });
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

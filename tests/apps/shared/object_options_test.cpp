@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using apps::volume_read_options;
@@ -100,4 +100,4 @@ TEST(Register, TakesABoxOfTheCt) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

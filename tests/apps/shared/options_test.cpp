@@ -5,7 +5,7 @@
 #include "apps/shared/progress_bar.h"
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 TEST(ParseTriple, TakesOneOrThreeNumbers) {
@@ -53,4 +53,4 @@ TEST(ProgressLine, StaysWithinItsBarForBadEstimates) {
 }
 
 }  // namespace
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -9,7 +9,7 @@
 
 #include "tests/apps/study/study_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using nlohmann::json;
@@ -162,4 +162,4 @@ TEST_F(Study, BadOptionsAreRefusedBeforeAnythingIsWritten) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

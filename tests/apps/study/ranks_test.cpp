@@ -8,7 +8,7 @@
 
 #include "tests/apps/study/study_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 class StudyRanks : public testing::Test {
@@ -75,4 +75,4 @@ TEST_F(StudyRanks, BadInputIsToldOnce) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

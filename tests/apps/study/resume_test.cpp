@@ -13,7 +13,7 @@
 #include "core/base/random.h"
 #include "tests/apps/study/study_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using nlohmann::json;
@@ -129,4 +129,4 @@ TEST_F(StudyResume, AFullDiskEndsItAndTheNextRunGoesOn) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

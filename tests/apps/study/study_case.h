@@ -6,7 +6,7 @@
 
 #include "tests/apps/small_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 inline constexpr int kTimeColumns = 7;  // the last ones: all else is the same however a study was run
 
@@ -66,4 +66,4 @@ protected:
 
 inline const std::vector<std::string> kSmall{"--bins", "0:10:20", "--per-bin", "3", "--view", "AP", "--view", "AP,LAT"};
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -12,7 +12,7 @@
 #include "raylign/io/trajectory.h"
 #include "tests/apps/track/track_case.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using nlohmann::json;
@@ -262,4 +262,4 @@ TEST(TrackProgress, TellsRateAndTimeLeft) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

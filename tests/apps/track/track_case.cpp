@@ -11,7 +11,7 @@
 #include "raylign/io/volume.h"
 #include "tests/support/scenes.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -137,4 +137,4 @@ std::vector<std::string> TrackCase::femur_alone(const std::vector<std::string>& 
     return arguments;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

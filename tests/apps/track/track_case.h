@@ -7,7 +7,7 @@
 #include "raylign/phantom.h"
 #include "tests/apps/run_program.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// Two bones of one CT that overlap in two views of 72 x 72 pixels and move on known paths: the thigh sways, the shank
 /// bends. Their own volumes lie on grids of their own.
@@ -40,4 +40,4 @@ private:
     std::vector<View> views_;
 };
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

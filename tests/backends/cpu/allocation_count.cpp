@@ -8,7 +8,7 @@ namespace {
 thread_local std::size_t count = 0;
 }  // namespace
 
-std::size_t raylign::test::allocation_count() { return count; }
+std::size_t raylign::detail::test::allocation_count() { return count; }
 
 void* operator new(std::size_t bytes) {
     ++count;

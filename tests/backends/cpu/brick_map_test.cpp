@@ -7,7 +7,7 @@
 
 #include "layout_scene.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 BrickMap map_of(const std::vector<float>& voxels, int nx, int ny, int nz) {
@@ -67,4 +67,4 @@ TEST(BrickMap, RowsLongerThanABufferAreSeenWhole) {
 }
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -5,7 +5,7 @@
 #include "cpu_scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 NamedScene cost_scene(const Eigen::Vector2i& size_px, bool masked) {
@@ -149,4 +149,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuCost, testing::ValuesIn(available_s
                          [](const testing::TestParamInfo<std::string>& test) { return test.param; });
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -11,7 +11,7 @@
 #include "backends/reference/reference_backend.h"
 #include "core/backend.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// Instruction sets that this processor can run.
 inline std::vector<std::string> available_sets() {
@@ -98,4 +98,4 @@ inline RigidTransform pose_near_identity(unsigned seed, double size = 1) {
     return exp(twist);
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -4,7 +4,7 @@
 
 #include "backends/cpu/volume_layouts.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 
 /// 19 x 37 x 21: no multiple of a line, a brick or a slab. A ball of noise in air.
 struct BallInAir {
@@ -43,4 +43,4 @@ inline BrickMap dense_map(int nx, int ny, int nz) {
     return map;
 }
 
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "layout_scene.h"
 
-namespace raylign::cpu {
+namespace raylign::detail::cpu {
 namespace {
 
 class CpuLayout : public testing::TestWithParam<VoxelStorage> {
@@ -159,4 +159,4 @@ TEST(PageBuffer, MoreThanIsFreeIsAnErrorThatSaysHowMuch) {
 }
 
 }  // namespace
-}  // namespace raylign::cpu
+}  // namespace raylign::detail::cpu

@@ -8,7 +8,7 @@
 #include "cpu_scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 constexpr int kWidth = 101, kHeight = 70;  // 4 x 3 tiles, the last ones cut short
@@ -163,4 +163,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuMask,
                          });
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

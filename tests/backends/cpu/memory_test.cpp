@@ -11,7 +11,7 @@
 #include "cpu_scenes.h"
 #include "layout_scene.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 constexpr double kMiB = 0x1p20;
@@ -161,4 +161,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuBeyond32Bits, testing::ValuesIn(ava
                          [](const testing::TestParamInfo<std::string>& test) { return test.param; });
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "cpu_scenes.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 std::string message_of(const CpuOptions& options) {
@@ -87,4 +87,4 @@ TEST(CpuOptions, VolumeBytesCountTheLayoutsInUse) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -4,7 +4,7 @@
 
 #include "cpu_scenes.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// Scenes that have gone wrong elsewhere, or could: small, so that the reference takes milliseconds.
 inline std::vector<NamedScene> parity_scenes() {
@@ -62,4 +62,4 @@ inline std::vector<NamedScene> parity_scenes() {
     return scenes;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -5,7 +5,7 @@
 #include "parity_scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using ParityCase = std::tuple<std::string, Projector, NamedScene>;
@@ -98,4 +98,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, CpuDerivatives,
                          case_name);
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

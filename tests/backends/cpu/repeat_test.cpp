@@ -4,14 +4,14 @@
 #include "allocation_count.h"
 #include "cpu_scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 static bool operator==(const MomentSums& a, const MomentSums& b) {
     return a.weight == b.weight && a.fixed == b.fixed && a.fixed_fixed == b.fixed_fixed && a.moving == b.moving &&
            a.moving_moving == b.moving_moving && a.fixed_moving == b.fixed_moving;
 }
-}  // namespace raylign
+}  // namespace raylign::detail
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 NamedScene repeat_scene(int side_px) {
@@ -95,4 +95,4 @@ TEST_P(CpuRepeat, AWarmSessionAllocatesNothingPerPose) {
 INSTANTIATE_TEST_SUITE_P(Sides, CpuRepeat, testing::Values(40, 141));
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -7,7 +7,7 @@
 #include "backends/cpu/volume_layouts.h"
 #include "cpu_scenes.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 constexpr int kSide = 32, kImages = 1 + cpu::kParameters;
@@ -92,4 +92,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuSkip,
                          });
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

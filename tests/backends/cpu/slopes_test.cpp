@@ -4,7 +4,7 @@
 #include "cpu_scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 /// Attenuation that is affine in the voxel: its interpolant has no kinks inside, so it has a slope on voxel planes too.
@@ -97,4 +97,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuSlopes,
                          });
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -1,11 +1,11 @@
 // The storage that a caller of the registry asks for is the one that runs, or an error.
 #include <gmock/gmock.h>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "cpu_scenes.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 std::string message_of(std::string_view backend, const BackendOptions& options) {
@@ -43,4 +43,4 @@ TEST(StorageOption, ABackendThatLacksItRefuses) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

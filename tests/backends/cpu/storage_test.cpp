@@ -5,7 +5,7 @@
 #include "cpu_scenes.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 class CpuInt16 : public testing::TestWithParam<std::tuple<std::string, Projector>> {
@@ -91,4 +91,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuInt16,
                          });
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

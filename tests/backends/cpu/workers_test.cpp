@@ -9,7 +9,7 @@
 
 #include "cpu_scenes.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 /// True where `count` turns are in work at the same time: each waits until all have begun, or for two seconds.
@@ -77,4 +77,4 @@ TEST(CpuWorkers, FarMoreThreadsThanTilesGiveTheSameBits) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

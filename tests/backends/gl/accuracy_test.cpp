@@ -6,7 +6,7 @@
 #include "tests/support/image_compare.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 struct Case {
@@ -126,4 +126,4 @@ INSTANTIATE_TEST_SUITE_P(All, GlAccuracy,
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -7,7 +7,7 @@
 
 #include "gl_scenes.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 TEST(GlChunks, CoverEveryFrameOnceInOrderWithinTheLimits) {
@@ -88,4 +88,4 @@ TEST(GlTuning, IsFittedByTheFirstSessionAndAgainForMuchLargerScenes) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -6,7 +6,7 @@
 
 #include "gl_scenes.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 TEST(GlContext, IsCurrentOnlyWhileAGuardLives) {
@@ -87,4 +87,4 @@ TEST(GlHandle, IsLabelled) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

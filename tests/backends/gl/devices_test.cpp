@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "gl_scenes.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 /// The message of the Error that work throws, which must be of kind unavailable; "" if it throws none.
@@ -139,4 +139,4 @@ TEST(GlDevices, ADriverThatIsTooOldIsRefused) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "gl_scenes.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 /// The message of the Error that work throws, which must be of kind unavailable; "" if it throws none.
@@ -119,4 +119,4 @@ TEST(GlOptions, BadOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

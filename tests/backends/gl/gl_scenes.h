@@ -9,7 +9,7 @@
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// A small biplane scene of the spine, and poses near the truth.
 struct SpineScene {
@@ -39,16 +39,16 @@ inline std::vector<double> costs(Session& session, const std::vector<RigidTransf
     return result;
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test
 
 /// Makes `api` the functions of OpenGL and checks that a device works; skips with the reason where none does, or fails
 /// where gl is required.
 #define RAYLIGN_NEED_GL(api)                                                                \
-    raylign::gl::Api api;                                                                   \
+    raylign::detail::gl::Api api;                                                                   \
     try {                                                                                   \
-        api = raylign::gl::load_api();                                                      \
-        (void)raylign::gl::open_device(api, {});                                            \
+        api = raylign::detail::gl::load_api();                                                      \
+        (void)raylign::detail::gl::open_device(api, {});                                            \
     } catch (const raylign::Error& error) {                                                 \
-        if (raylign::test::is_required("gl")) FAIL() << "gl is required: " << error.what(); \
+        if (raylign::detail::test::is_required("gl")) FAIL() << "gl is required: " << error.what(); \
         GTEST_SKIP() << error.what();                                                       \
     }

@@ -9,7 +9,7 @@
 #include "backends/gl/shared.h"
 #include "gl_scenes.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr std::string_view kWriter = R"(#version 450
@@ -79,4 +79,4 @@ TEST(GlLayout, StructsOfShadersAreThoseOfTheHost) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

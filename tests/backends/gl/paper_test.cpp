@@ -8,7 +8,7 @@
 #include "tests/support/image_compare.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 class Gl2006 : public testing::Test {
@@ -158,4 +158,4 @@ TEST_F(Gl2006, BaselinesThatAreUnknownOrDoNotFitTheProjectorAreRefused) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

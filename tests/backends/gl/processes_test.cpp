@@ -10,7 +10,7 @@
 
 #include "gl_scenes.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr const char* kChild = "RAYLIGN_TEST_GL_CHILD";
@@ -49,4 +49,4 @@ TEST(GlProcesses, TwoShareADevice) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

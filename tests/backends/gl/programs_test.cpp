@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "gl_scenes.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 constexpr std::array<ShaderFile, 3> kFiles = {{
@@ -67,4 +67,4 @@ TEST(GlPrograms, AreCompiledOnce) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

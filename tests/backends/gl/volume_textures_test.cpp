@@ -9,7 +9,7 @@
 #include "tests/support/image_compare.h"
 #include "tests/support/tolerances.h"
 
-namespace raylign::gl {
+namespace raylign::detail::gl {
 namespace {
 
 TEST(Int16Scale, KeepsZeroAndTheEndsOfTheRange) {
@@ -138,4 +138,4 @@ TEST(GlVolume, OneTooLargeForTheDeviceIsRefusedWithSizeAndLimitUnlessCropped) {
 }
 
 }  // namespace
-}  // namespace raylign::gl
+}  // namespace raylign::detail::gl

@@ -6,7 +6,7 @@
 #include "backends/reference/reference_backend.h"
 #include "raylign/phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 Image render(const Volume& volume, const ViewGeometry& geometry, Projector projector) {
@@ -92,4 +92,4 @@ TEST(ReferenceOrientation, NothingBehindTheDetectorCounts) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

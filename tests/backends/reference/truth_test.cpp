@@ -10,7 +10,7 @@
 #include "core/base/random.h"
 #include "raylign/phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kFloatPixel = 1.2e-7;  // relative rounding of a float pixel, 2^-23
@@ -218,4 +218,4 @@ TEST(ReferenceTruth, SmoothFieldConvergesWithOrderTwo) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 // Vigna's splitmix64.c, seed 1234567: the generator's published test vector.
@@ -57,4 +57,4 @@ TEST(Random, DirectionIsAUnitVectorUniformOnTheSphere) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

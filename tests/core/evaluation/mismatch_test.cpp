@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "raylign/phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 Volume water(int n, double spacing_mm) {
@@ -71,4 +71,4 @@ TEST(Scatter, LeavesOpenAirAndCompressesThickParts) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,3 +1,4 @@
+#include "core/evaluation/poisson.h"
 #include "raylign/simulate.h"
 
 #include <gmock/gmock.h>
@@ -10,7 +11,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 // Both methods and their border at 10; 1e5 draws each, bounds of five standard errors.
@@ -117,4 +118,4 @@ TEST(PhotonNoise, NamesAPixelThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -89,4 +89,4 @@ TEST(CaptureRange, EndsBeforeTheFirstIntervalBelowTheWantedShare) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 const std::vector<Eigen::Vector3d> kTargets{{10, 0, 0}, {-10, 5, 0}, {0, -20, 8}, {3, 4, -30}};
@@ -136,4 +136,4 @@ TEST(SuccessesPerInterval, CountsEveryTrialOnce) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,3 +1,4 @@
+#include "core/evaluation/dense_part.h"
 #include "raylign/targets.h"
 
 #include <gmock/gmock.h>
@@ -10,7 +11,7 @@
 #include "core/base/random.h"
 #include "raylign/phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kRounding_mm = 1e-11;  // of world coordinates near 1000 mm
@@ -214,4 +215,4 @@ TEST(DefaultTargets, RefuseAnEmptyVolumeAndBadCounts) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kExact_px = 1e-9;  // pixels near 1000 through an inverse
@@ -192,4 +192,4 @@ TEST(CheckCamera, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,7 +4,7 @@
 
 #include "raylign/rigid_transform.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 VoxelGrid odd_grid() {
@@ -39,4 +39,4 @@ TEST(VoxelGrid, CentreIsTheMeanOfItsCorners) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -86,4 +86,4 @@ TEST(Helical, AShiftHasNoTurnAndRestHasNeither) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

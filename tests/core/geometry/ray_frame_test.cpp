@@ -6,7 +6,7 @@
 
 #include "core/geometry/dominant_axis.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 VoxelGrid odd_grid() {
@@ -84,4 +84,4 @@ TEST(DominantAxis, IsTheLongestWithTiesToTheFirst) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

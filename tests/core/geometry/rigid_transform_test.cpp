@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -179,4 +179,4 @@ TEST(NearestRotation, OfARotationIsItselfAndIsAlwaysProper) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

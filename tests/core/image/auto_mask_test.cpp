@@ -12,7 +12,7 @@
 #include "io_files.h"
 #include "tests/support/test_data.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using testing::Contains;
@@ -187,4 +187,4 @@ TEST(AutoMask, RealWristXraysKeepTheBonesAndLoseTheRest) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 const GradientFilter kFilters[] = {{3, 9}, {1, 3}, {0.5, 1}, {8, 20}};
@@ -150,4 +150,4 @@ TEST(ErodeWeights, KeepsTheBorderAndEmptyStaysEmpty) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

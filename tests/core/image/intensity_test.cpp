@@ -12,7 +12,7 @@
 #include "io_files.h"
 #include "tests/support/test_data.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -247,4 +247,4 @@ TEST(XrayConversion, WristXraysAreBoneDarkWithSaturatedAir) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

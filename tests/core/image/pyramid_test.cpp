@@ -7,7 +7,7 @@
 
 #include "core/base/random.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 Volume random_volume(const Eigen::Vector3i& size) {
@@ -126,4 +126,4 @@ TEST(ViewPyramid, WithoutAnImageHalvesTheCamera) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

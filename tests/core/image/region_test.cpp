@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using testing::AllOf;
@@ -227,4 +227,4 @@ TEST(Fade, FallsLinearlyTowardsTheFacesOnly) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

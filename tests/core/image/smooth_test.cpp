@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 TEST(Smoothed, APointBecomesAGaussianOfThatSigma) {
@@ -39,4 +39,4 @@ TEST(Smoothed, WorksOnOneRowAndRefusesBadSigmas) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

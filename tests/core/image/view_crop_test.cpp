@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 View counting_view() {
@@ -53,4 +53,4 @@ TEST(ReachedPixels, HoldTheObjectAndItsMarginOnly) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,7 +6,7 @@
 #include "raylign/io/volume.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::bytes_of;
@@ -166,4 +166,4 @@ TEST_F(BadVolume, SeriesForAFileIsRefused) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -12,7 +12,7 @@
 #include "tests/support/letter_phantom.h"
 #include "xa_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -294,4 +294,4 @@ TEST_F(DicomGeometry, CutOffFilesAreRefused) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -4,7 +4,7 @@
 #include "raylign/io/volume.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::DicomBytes;
@@ -152,4 +152,4 @@ TEST_F(Dicom, XrayKeepsBitsAndPhotometricInterpretation) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

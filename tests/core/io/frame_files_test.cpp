@@ -6,7 +6,7 @@
 #include "core/io/images/raster.h"
 #include "io_files.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using testing::AllOf;
@@ -106,4 +106,4 @@ TEST_F(FrameFiles, FaultsAreNamed) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -7,7 +7,7 @@
 #include "io_files.h"
 #include "views_text.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using testing::AllOf;
@@ -150,4 +150,4 @@ TEST_F(FrameViews, ThePolarityOfTheFirstFrameHolds) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

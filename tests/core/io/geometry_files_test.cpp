@@ -5,7 +5,7 @@
 #include "geometry_texts.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -151,4 +151,4 @@ TEST_F(GeometryFiles, FilesAreViewsByThemselves) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -8,7 +8,7 @@
 #include "io_files.h"
 #include "tests/support/test_data.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -215,4 +215,4 @@ TEST_F(GeometryFormats, RtkFaultsAreNamed) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,7 +7,7 @@
 #include "io_files.h"
 #include "tests/support/letter_phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -105,4 +105,4 @@ TEST_F(GeometryWriters, WhatAFormatCannotHoldIsRefused) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -5,7 +5,7 @@
 #include "raylign/io/geometry.h"
 #include "views_text.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 inline const std::string kMayaCam2 =
     "image size\n120,100\n\ncamera matrix\n2000,0,61\n0,2100,48\n0,0,1\n\nrotation\n0,0,1\n-1,0,0\n0,-1,0\n\n"
@@ -20,4 +20,4 @@ inline const std::string kRtkDistances =
     "<SourceToDetectorDistance>1536</SourceToDetectorDistance>";
 inline const GeometryHints kRtk{.size_px = Eigen::Vector2i(120, 100), .pixel_pitch_mm = Eigen::Vector2d(2, 3)};
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

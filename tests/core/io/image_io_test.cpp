@@ -1,3 +1,4 @@
+#include "core/io/images/png.h"
 #include "raylign/io/image.h"
 
 #include <gmock/gmock.h>
@@ -8,7 +9,7 @@
 #include "core/io/images/raster.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::bytes_of;
@@ -154,4 +155,4 @@ TEST_F(ImageIo, MissingFolderIsNamedOnWriting) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -13,7 +13,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// A folder of its own for each test, removed afterwards.
 class IoTest : public testing::Test {
@@ -129,4 +129,4 @@ void write_itk_euler(const std::filesystem::path& path, double angle_rad, const 
 /// Writes two transforms to one file.
 void write_itk_pair(const std::filesystem::path& path);
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -7,7 +7,7 @@
 
 #include "io_files.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 /// One element of explicit VR: group, element, VR, length, value padded to even length.
@@ -75,4 +75,4 @@ void write_itk_pair(const std::filesystem::path& path) {
     write_with(*itk::TxtTransformIOTemplate<double>::New(), path, {euler, euler});
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -5,7 +5,7 @@
 #include "raylign/io/pose.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -71,4 +71,4 @@ TEST_F(Landmarks, FaultsAreNamed) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

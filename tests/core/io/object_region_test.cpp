@@ -4,7 +4,7 @@
 #include "io_files.h"
 #include "tests/support/test_data.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -132,4 +132,4 @@ TEST_F(ObjectRegionTest, RealPelvisSeriesAndObliqueHeadLoseNothingButSpace) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -5,11 +5,12 @@
 
 #include <csignal>
 
+#include "core/io/images/png.h"
 #include "raylign/io/image.h"
 #include "raylign/io/volume.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::content_of;
@@ -207,4 +208,4 @@ TEST_F(Output, Sha256OfAMissingFileIsNamed) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

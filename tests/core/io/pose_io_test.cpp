@@ -6,7 +6,7 @@
 
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -143,4 +143,4 @@ TEST_F(PoseIo, OtherExtensionsAreRefusedOnWriting) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -10,7 +10,7 @@
 #include "io_files.h"
 #include "tests/support/test_data.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// The sform (RAS) and size of a NIfTI file, straight from its bytes.
@@ -124,4 +124,4 @@ TEST(RealVolume, WristCtIsReadAsPagesWithTheGivenSpacing) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

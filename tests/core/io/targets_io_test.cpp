@@ -3,7 +3,7 @@
 #include "raylign/io/pose.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -59,4 +59,4 @@ TEST_F(TargetsIo, BadFilesNameTheLineOrKey) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -8,7 +8,7 @@
 
 #include "io_files.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 using testing::AllOf;
@@ -134,4 +134,4 @@ TEST_F(TrajectoryIo, LeftHandedVolumesHaveNoTra) {
 }
 
 }  // namespace
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -5,7 +5,7 @@
 #include "io_files.h"
 #include "views_text.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -152,4 +152,4 @@ TEST_F(BadViews, MissingFilesAreNamed) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

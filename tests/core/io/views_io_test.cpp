@@ -8,7 +8,7 @@
 #include "io_files.h"
 #include "views_text.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::kCameraView;
@@ -148,4 +148,4 @@ TEST_F(ViewsIo, ViewsWithoutImagesAreWrittenToo) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// A good view of 8 x 6 pixels; tests replace parts of it.
 inline const std::string kCameraView = R"({ "name": "AP",
@@ -15,4 +15,4 @@ inline std::string replaced(std::string text, const std::string& from, const std
     return text.replace(text.find(from), from.size(), to);
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

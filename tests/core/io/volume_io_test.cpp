@@ -10,7 +10,7 @@
 #include "core/io/images/raster.h"
 #include "io_files.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::bytes_of;
@@ -224,4 +224,4 @@ TEST_F(VolumeIo, SpacingForAFileThatStatesItsOwnIsRefused) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

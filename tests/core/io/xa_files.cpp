@@ -9,7 +9,7 @@
 
 #include "io_files.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 std::string element(std::uint32_t tag, const std::string& vr, std::string value) {
@@ -91,4 +91,4 @@ void write_with_gdcm(const std::filesystem::path& path, const XaFile& file) {
     io->Write(file.pixels.data());
 }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

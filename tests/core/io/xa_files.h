@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// A DICOM X-ray of 16-bit pixels, by default a plausible XA image of 40 x 30 pixels; tests change, add or erase tags.
 struct XaFile {
@@ -23,4 +23,4 @@ struct XaFile {
 /// The same through ITK and GDCM, as other programs write it (single frame, text values only).
 void write_with_gdcm(const std::filesystem::path& path, const XaFile& file);
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

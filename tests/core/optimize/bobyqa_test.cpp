@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// A tilted bowl with its minimum 0 at (1, 2, ..., n).
@@ -68,4 +68,4 @@ TEST(Bobyqa, RefusesBadOptions) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 BatchObjective batch_of(double (*f)(const Eigen::VectorXd&)) {
@@ -94,4 +94,4 @@ TEST(SteepestDescent, RefusesOptionsOutOfRangeNamingThem) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -7,7 +7,7 @@
 #include "core/base/random.h"
 #include "raylign/phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 // Rounding of coordinates near 1000 mm (2e-13) through a few operations.
@@ -173,4 +173,4 @@ TEST(Phantoms, RefuseABadExtent) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "raylign/phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 double largest(const Volume& volume) { return *std::ranges::max_element(volume.attenuation_per_mm); }
@@ -116,4 +116,4 @@ TEST(SpineVertebra, IsWhatItAddsToTheSpine) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -6,7 +6,7 @@
 #include "core/base/random.h"
 #include "raylign/phantom.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 double mass_mm2(const Volume& volume) {
@@ -106,4 +106,4 @@ TEST(CentredGrid, HasItsCentreAtTheOrigin) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

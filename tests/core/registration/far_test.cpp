@@ -4,16 +4,16 @@
 
 #include <cmath>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/evaluation/mismatch.h"
 #include "raylign/targets.h"
 #include "core/image/region.h"
-#include "core/registration/registration.h"
-#include "core/registration/strategy/search.h"
+#include "raylign/registration.h"
+#include "core/registration/strategy/candidates.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// A spine of 1.25 mm voxels, exact X-rays of it with photon noise.
@@ -207,4 +207,4 @@ TEST(Names, GoThereAndBack) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

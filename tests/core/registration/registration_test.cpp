@@ -1,16 +1,16 @@
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// Small enough for the reference engine: 32^3 voxels of 5 mm, two 48 x 48 views with exact X-rays of the phantom.
@@ -193,4 +193,4 @@ TEST(Registration, BadInputIsRefusedWithWhatAndWhere) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

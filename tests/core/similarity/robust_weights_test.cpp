@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr int kSide = 40;
@@ -108,4 +108,4 @@ TEST(RobustWeights, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 Image random_image(int width, int height, std::uint64_t seed) {
@@ -210,4 +210,4 @@ TEST(Metric, NamesRoundTripAndOthersAreRefused) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,10 +1,10 @@
-#include "core/start/default_start.h"
+#include "raylign/start.h"
 
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
 
-namespace raylign::apps {
+namespace raylign::detail::apps {
 namespace {
 
 constexpr double kRoundingMm = 1e-9;  // a few operations on numbers of about 1000
@@ -57,4 +57,4 @@ TEST(DefaultStart, AsksForAStartWhereTheWorldIsTheCamera) {
 }
 
 }  // namespace
-}  // namespace raylign::apps
+}  // namespace raylign::detail::apps

@@ -1,4 +1,4 @@
-#include "core/start/landmark_pose.h"
+#include "raylign/start.h"
 
 #include <gmock/gmock.h>
 
@@ -9,7 +9,7 @@
 #include "io_files.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using test::error_of;
@@ -119,4 +119,4 @@ TEST(LandmarkPose, PointsFarOutsideTheImageAreErrors) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

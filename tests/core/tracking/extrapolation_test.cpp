@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 const Eigen::Vector3d kCentre(12, -30, 7);
@@ -60,4 +60,4 @@ TEST(Extrapolation, NothingToGoOnFromAndTimesBackwardsAreRefused) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -13,7 +13,7 @@
 #include "tests/support/scenes.h"
 #include "tests/core/validation/faulty_backend.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using testing::Contains;
@@ -209,4 +209,4 @@ TEST(CompareTolerances, WidenForSixteenBitsAndTextureFiltersOnly) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

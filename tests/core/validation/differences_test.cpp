@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace raylign::validation {
+namespace raylign::detail::validation {
 namespace {
 
 TEST(Largest, KeepsTheLargestItsPlaceAndTheRootMeanSquare) {
@@ -60,4 +60,4 @@ TEST(MinimumByParabola, IsNoneAtAnEndAndForNan) {
 }
 
 }  // namespace
-}  // namespace raylign::validation
+}  // namespace raylign::detail::validation

@@ -1,8 +1,8 @@
 #include "tests/core/validation/faulty_backend.h"
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 namespace {
 
 /// The protected members of any Session, named through a class derived from it.
@@ -88,4 +88,4 @@ private:
 
 std::unique_ptr<Backend> make_faulty_backend(const Fault& fault) { return std::make_unique<FaultyBackend>(fault); }
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

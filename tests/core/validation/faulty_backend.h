@@ -5,7 +5,7 @@
 
 #include "core/backend.h"
 
-namespace raylign::test {
+namespace raylign::detail::test {
 
 /// What is wrong with an engine. Empty parts are right.
 struct Fault {
@@ -19,4 +19,4 @@ struct Fault {
 /// An engine with a planted fault: the scalar reference otherwise.
 [[nodiscard]] std::unique_ptr<Backend> make_faulty_backend(const Fault& fault);
 
-}  // namespace raylign::test
+}  // namespace raylign::detail::test

@@ -2,10 +2,10 @@
 #include <cstdio>
 #include <vector>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "raylign/targets.h"
 #include "raylign/phantom.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 
 int main() {
     using namespace raylign;

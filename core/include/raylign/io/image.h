@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <vector>
@@ -15,9 +13,6 @@ namespace raylign {
 /// Reads a single-channel 2-D image: TIFF, PNG, MHA/MHD, NRRD or DICOM. `frame` chooses among several (multi-frame
 /// DICOM, TIFF pages, the third axis of a stack), from 1; 0 = there is but one.
 [[nodiscard]] RawXray read_xray(const std::filesystem::path& path, int frame = 0);
-
-/// All frames of such a file, in its order: one reading for a whole sequence.
-[[nodiscard]] std::vector<RawXray> read_xray_frames(const std::filesystem::path& path);
 
 /// A file with one or more frames whose pixels are kept as stored: frames become floats one at a time.
 class XrayFile {
@@ -43,11 +38,5 @@ private:
 
 /// Float32 image (TIFF, MHA or NRRD by the extension), to a temporary name first.
 void write_image(const std::filesystem::path& path, const Image& image);
-
-struct RgbImage {
-    int width = 0, height = 0;
-    std::vector<std::array<std::uint8_t, 3>> pixels;  ///< row-major, row 0 on top
-};
-void write_png(const std::filesystem::path& path, const RgbImage& image);
 
 }  // namespace raylign

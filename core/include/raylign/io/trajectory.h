@@ -9,7 +9,7 @@
 
 #include "raylign/grid.h"
 #include "raylign/rigid_transform.h"
-#include "core/tracking/track.h"
+#include "raylign/tracking.h"
 
 namespace raylign {
 

@@ -4,7 +4,7 @@
 
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 Volume cube(int n, double spacing_mm) {
@@ -68,4 +68,4 @@ TEST(Levels, ASmallImageOrARequestGivesOneLevel) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -8,7 +8,7 @@
 #include "core/registration/trust/verdict.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 Volume cube(int n, double side_mm, float attenuation = 0.02F) {
@@ -146,4 +146,4 @@ TEST(Verdict, AnErrorThatCouldNotBeEstimatedIsNotSmall) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

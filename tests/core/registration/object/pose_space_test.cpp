@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 TEST(ObjectExtent, OfAUniformBallIsItsCentreAndRadius) {
@@ -52,4 +52,4 @@ TEST(PoseSpace, RotationsLeaveTheCentreInPlace) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

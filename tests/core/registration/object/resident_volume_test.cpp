@@ -2,14 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "raylign/targets.h"
 #include "core/image/pyramid.h"
-#include "core/registration/registration.h"
+#include "raylign/registration.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 struct Scene64 {
@@ -72,4 +72,4 @@ TEST(ResidentVolume, OtherRenderSettingsAndBadVolumesAreRefused) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

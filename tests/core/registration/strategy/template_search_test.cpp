@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/image/region.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr double kPixel_mm = 200.0 / 64;  // at the object
@@ -158,4 +158,4 @@ TEST(TemplateSearch, FindsNothingWhereNoPlaceIsSeenByAllViews) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

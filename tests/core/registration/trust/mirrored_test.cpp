@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/registration/object/resident_volume.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 using testing::AllOf;
@@ -102,4 +102,4 @@ TEST(Mirrored, IsNotSuspectedOfUnrelatedImages) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,14 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/tracking/extrapolation.h"
-#include "core/registration/registration.h"
-#include "core/registration/object/resident_volume.h"
+#include "raylign/registration.h"
 
 namespace raylign {
 
@@ -19,7 +18,8 @@ struct TrackOptions {
     /// The widest search that may recover a frame: none, near (20 mm and 30 degrees, then 40 mm and 60 degrees around
     /// the prediction) or global; automatic = global. Needs an engine with derivatives, as all searches do.
     Search recovery = Search::automatic;
-    double max_jump_mm = 0;  ///< largest believable distance from the prediction, at the rim; 0 = by itself (Tracker)
+    /// Largest believable distance from the prediction, at the rim, in (0, 1000]; default: by itself (Tracker).
+    std::optional<double> max_jump_mm;
     double frame_step = 1;   ///< numbers between two frames that follow each other; positive
 
     /// What is wrong with them; "" = nothing.
@@ -31,8 +31,9 @@ enum class TrackStatus {
     doubtful,  ///< a pose with reasons to look at it; the track goes on from it
     lost,      ///< no believable pose; the track goes on from the frames before
     missing,   ///< no images: no pose
+    stopped,   ///< the caller stopped it: the best pose until then; for the tracker the frame was not there
 };
-[[nodiscard]] std::string_view status_name(TrackStatus status);  ///< "ok", "doubtful", "lost", "missing"
+[[nodiscard]] std::string_view status_name(TrackStatus status);  ///< "ok", "doubtful", "lost", "missing", "stopped"
 
 /// One frame of one object.
 struct TrackFrame {
@@ -58,46 +59,28 @@ struct TrackFrame {
 /// more, up to three times), or where its cost exceeds the median m of the last 15 by more than 0.03 + 0.25 m. Then
 /// wider searches around the prediction are tried, near to global, until one is believed; a jump that a search confirms
 /// is believed. After three frames that no search has helped, searches run for every tenth such frame only.
+/// One tracker, one thread; several may follow several objects at once, each with a backend of its own.
 class Tracker {
 public:
     /// `volume` and `backend` are borrowed for the tracker's life. Throws Error for bad options and volumes.
     Tracker(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
             Backend& backend);
+    ~Tracker();
+    Tracker(Tracker&&) noexcept;
+    Tracker& operator=(Tracker&&) noexcept;
 
-    /// The next frame; every view needs an image. Throws Error for frame numbers that do not grow, bad views, and where
-    /// options.registration.cancelled says so; the tracker then is as before.
-    TrackFrame feed(int frame, std::span<const View> views, const ProgressCallback& progress = {});
+    /// The next frame; every view needs an image. Throws Error for frame numbers that do not grow and bad views. Where
+    /// the caller stops it, the frame's status is stopped and the tracker is as before: the same frame may be fed again.
+    TrackFrame feed(int frame, std::span<const View> views, const RunControl& control = {});
 
     /// The next frame has no images; `reason` says why.
     TrackFrame skip(int frame, const std::string& reason);
 
     [[nodiscard]] RigidTransform predicted(int frame) const;
-    [[nodiscard]] const ObjectExtent& extent() const { return resident_.extent(); }
-    [[nodiscard]] ResidentVolume& resident() { return resident_; }
 
 private:
-    struct Attempt;
-
-    void check_number(int frame) const;
-    [[nodiscard]] double jump_limit_mm(int frame) const;
-    [[nodiscard]] double cost_limit() const;
-    [[nodiscard]] Attempt attempt(const RegistrationOptions& options, const TrackFrame& so_far,
-                                  std::span<const View> views, const ProgressCallback& progress);
-    [[nodiscard]] std::vector<RegistrationOptions> wider(const RegistrationOptions& first) const;
-    [[nodiscard]] RegistrationOptions first_options() const;
-    void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const ProgressCallback& progress);
-    void judge(const Attempt& best, TrackFrame& found) const;
-    void remember(const Attempt& best, const TrackFrame& found);
-
-    ResidentVolume resident_;
-    RigidTransform start_world_from_ct_;
-    TrackOptions options_;
-    ObjectExtent extent_;
-    std::vector<TimedPose> known_;          ///< tracked frames since the last jump, the last few
-    std::vector<double> jumps_mm_, costs_;  ///< of the last tracked frames
-    std::optional<Content> content_;
-    std::optional<int> last_frame_, last_tracked_;
-    int failures_ = 0;  ///< frames in a row that no search has helped
+    struct State;
+    std::unique_ptr<State> state_;
 };
 
 }  // namespace raylign

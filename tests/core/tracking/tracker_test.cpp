@@ -1,15 +1,15 @@
-#include "core/tracking/track.h"
+#include "raylign/tracking.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 /// A spine on a known path in two noisy 64 x 64 views of 4 mm pixels at the object.
@@ -189,4 +189,4 @@ TEST(Track, StopsWhenAskedTo) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

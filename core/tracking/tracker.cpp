@@ -1,4 +1,4 @@
-#include "core/tracking/track.h"
+#include "raylign/tracking.h"
 
 #include <algorithm>
 #include <array>
@@ -6,14 +6,18 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/base/number_text.h"
-#include "core/registration/strategy/search.h"
+#include "core/registration/policy.h"
+#include "core/registration/registration.h"
+#include "core/tracking/extrapolation.h"
 
 namespace raylign {
+using namespace detail;
 namespace {
 
 constexpr std::size_t kRemembered = 15, kFewest = 3;    // frames whose medians say what is usual
-constexpr double kFirstJump_mm = 20;                    // what a search near the prediction covers
+constexpr double kFirstJump_mm = kNearRange_mm;         // what a search near the prediction covers
 constexpr double kJumpFloor_mm = 3, kJumpFactor = 4;    // above the noise of a prediction; sudden starts of a motion
 constexpr double kMostGaps = 3;                         // beyond, a body has gone as far as it will
 constexpr double kCostFloor = 0.03, kCostShare = 0.25;  // noise; and how much costs change along a motion
@@ -22,38 +26,20 @@ constexpr int kHopeless = 3, kRetry = 10;
 
 struct Widening {
     Search mode;
-    double range_mm, range_deg;
-    int starts;
+    std::optional<double> range_mm, range_deg;
+    std::optional<int> starts;
 };
-constexpr std::array<Widening, 3> kWidenings{
-    {{Search::near, 20, 30, 1024}, {Search::near, 40, 60, 6144}, {Search::global, 0, 0, 0}}};
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
-}
+constexpr std::array<Widening, 3> kWidenings{{{Search::near, kNearRange_mm, 30, 1024},
+                                              {Search::near, 2 * kNearRange_mm, kNearTurn_deg, kNearStarts},
+                                              {Search::global, {}, {}, {}}}};
 
 void push(std::vector<double>& values, double value) {
     values.push_back(value);
     if (values.size() > kRemembered) values.erase(values.begin());
 }
 
-}  // namespace
-
-std::string_view status_name(TrackStatus status) {
-    constexpr std::array<std::string_view, 4> kNames{"ok", "doubtful", "lost", "missing"};
-    return kNames[static_cast<std::size_t>(status)];
-}
-
-std::string TrackOptions::problem() const {
-    if (!(max_jump_mm >= 0 && max_jump_mm <= 1000)) return "max_jump_mm: must be in (0, 1000], or 0 for by itself";
-    if (!(frame_step > 0 && std::isfinite(frame_step))) return "frame_step: must be positive and finite";
-    return {};
-}
-
 /// One registration of a frame, and what the frames before say to it.
-struct Tracker::Attempt {
+struct Attempt {
     RegistrationResult result;
     bool has_result = false;
     bool is_search = false;
@@ -66,8 +52,49 @@ struct Tracker::Attempt {
     [[nodiscard]] bool plausible() const { return has_result && !jumped && (!cost_jumped || result.ok); }
 };
 
-Tracker::Tracker(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
-                 Backend& backend)
+}  // namespace
+
+std::string_view status_name(TrackStatus status) {
+    constexpr std::array<std::string_view, 5> kNames{"ok", "doubtful", "lost", "missing", "stopped"};
+    return kNames[static_cast<std::size_t>(status)];
+}
+
+std::string TrackOptions::problem() const {
+    if (max_jump_mm && !(*max_jump_mm > 0 && *max_jump_mm <= 1000)) return "max_jump_mm: must be in (0, 1000]";
+    if (!(frame_step > 0 && std::isfinite(frame_step))) return "frame_step: must be positive and finite";
+    return {};
+}
+
+/// What a tracker keeps from frame to frame.
+struct Tracker::State {
+    State(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
+          Backend& backend);
+
+    void check_number(int frame) const;
+    [[nodiscard]] RigidTransform predicted(int frame) const;
+    [[nodiscard]] double jump_limit_mm(int frame) const;
+    [[nodiscard]] double cost_limit() const;
+    [[nodiscard]] Attempt attempt(const RegistrationOptions& options, const TrackFrame& so_far,
+                                  std::span<const View> views, const RunControl& control);
+    [[nodiscard]] std::vector<RegistrationOptions> wider(const RegistrationOptions& first) const;
+    [[nodiscard]] RegistrationOptions first_options() const;
+    void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const RunControl& control);
+    void judge(const Attempt& best, TrackFrame& found) const;
+    void remember(const Attempt& best, const TrackFrame& found);
+
+    ResidentVolume resident_;
+    RigidTransform start_world_from_ct_;
+    TrackOptions options_;
+    ObjectExtent extent_;
+    std::vector<TimedPose> known_;          ///< tracked frames since the last jump, the last few
+    std::vector<double> jumps_mm_, costs_;  ///< of the last tracked frames
+    std::optional<Content> content_;
+    std::optional<int> last_frame_, last_tracked_;
+    int failures_ = 0;  ///< frames in a row that no search has helped
+};
+
+Tracker::State::State(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
+                      Backend& backend)
     : resident_(volume, options.registration.render, backend),
       start_world_from_ct_(start_world_from_ct),
       options_(options),
@@ -76,45 +103,45 @@ Tracker::Tracker(const Volume& volume, const RigidTransform& start_world_from_ct
     if (!is_finite(start_world_from_ct)) throw Error("start pose: must have finite numbers only");
     check_options(options.registration, backend);
     if (!backend.info().has_derivatives) options_.recovery = Search::none;
+    options_.registration.suspect_mirrored = false;  // a track's first frame tells, and each would pay for it
 }
 
-void Tracker::check_number(int frame) const {
+void Tracker::State::check_number(int frame) const {
     if (!last_frame_ || frame > *last_frame_) return;
     throw bad_value("frame", std::to_string(frame), "above that of the frame before, " + std::to_string(*last_frame_));
 }
 
-RigidTransform Tracker::predicted(int frame) const {
+RigidTransform Tracker::State::predicted(int frame) const {
     if (known_.empty()) return start_world_from_ct_;
     return extrapolate(known_, frame / options_.frame_step, extent_.centre_ct_mm);
 }
 
-double Tracker::jump_limit_mm(int frame) const {
-    double limit_mm = options_.max_jump_mm;
-    if (limit_mm == 0) {
-        const bool is_new = jumps_mm_.size() < kFewest || known_.size() < 2;  // no velocity yet
-        limit_mm = is_new ? kFirstJump_mm : kJumpFloor_mm + kJumpFactor * median(jumps_mm_);
-    }
+double Tracker::State::jump_limit_mm(int frame) const {
+    const bool is_new = jumps_mm_.size() < kFewest || known_.size() < 2;  // no velocity yet
+    const double limit_mm = options_.max_jump_mm ? *options_.max_jump_mm
+                            : is_new             ? kFirstJump_mm
+                                                 : kJumpFloor_mm + kJumpFactor * median(jumps_mm_);
     const double missed = (frame - last_tracked_.value_or(frame)) / options_.frame_step;
     return limit_mm * std::clamp(missed, 1.0, kMostGaps);
 }
 
-double Tracker::cost_limit() const {
+double Tracker::State::cost_limit() const {
     if (costs_.size() < kFewest) return 2;  // the largest that there is
     const double usual = median(costs_);
     return usual + kCostFloor + kCostShare * usual;
 }
 
-RegistrationOptions Tracker::first_options() const {
+RegistrationOptions Tracker::State::first_options() const {
     RegistrationOptions options = options_.registration;
     if (!last_tracked_) return options;  // gaps before the first frame do not count
     if (content_) options.content = *content_;
     options.search.mode = Search::none;
-    options.search.range_mm = options.search.range_deg = 0;
-    options.search.starts = 0;
+    options.search.range_mm = options.search.range_deg = std::nullopt;
+    options.search.starts = std::nullopt;
     return options;
 }
 
-std::vector<RegistrationOptions> Tracker::wider(const RegistrationOptions& first) const {
+std::vector<RegistrationOptions> Tracker::State::wider(const RegistrationOptions& first) const {
     std::vector<RegistrationOptions> list;
     if (options_.recovery == Search::none || first.search.mode == Search::global) return list;
     for (const Widening& widening : kWidenings) {
@@ -130,12 +157,12 @@ std::vector<RegistrationOptions> Tracker::wider(const RegistrationOptions& first
     return list;
 }
 
-Tracker::Attempt Tracker::attempt(const RegistrationOptions& options, const TrackFrame& so_far,
-                                  std::span<const View> views, const ProgressCallback& progress) {
+Attempt Tracker::State::attempt(const RegistrationOptions& options, const TrackFrame& so_far,
+                                  std::span<const View> views, const RunControl& control) {
     Attempt made;
     const RigidTransform& prediction = so_far.predicted_world_from_ct;
     try {
-        made.result = register_volume(resident_, views, prediction, options, progress);
+        made.result = register_resident(resident_, views, prediction, options, control);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::input) throw;
         made.problem = error.what();  // e.g. that the DRR misses a view from here: a wider search may help
@@ -150,12 +177,13 @@ Tracker::Attempt Tracker::attempt(const RegistrationOptions& options, const Trac
     return made;
 }
 
-void Tracker::search_wider(Attempt& best, TrackFrame& found, std::span<const View> views,
-                           const ProgressCallback& progress) {
+void Tracker::State::search_wider(Attempt& best, TrackFrame& found, std::span<const View> views,
+                           const RunControl& control) {
+    if (control.stop.stop_requested()) return;
     if (failures_ >= kHopeless && failures_ % kRetry != 0) return;
     const RegistrationOptions first = first_options();
     for (const RegistrationOptions& options : wider(first)) {
-        const Attempt next = attempt(options, found, views, progress);
+        const Attempt next = attempt(options, found, views, control);
         found.searched = options.search.mode;
         if (!next.has_result) continue;
         const bool same =
@@ -169,7 +197,7 @@ void Tracker::search_wider(Attempt& best, TrackFrame& found, std::span<const Vie
     }
 }
 
-void Tracker::judge(const Attempt& best, TrackFrame& found) const {
+void Tracker::State::judge(const Attempt& best, TrackFrame& found) const {
     if (!best.has_result) {
         found.status = TrackStatus::lost;
         found.world_from_ct = found.predicted_world_from_ct;
@@ -194,7 +222,7 @@ void Tracker::judge(const Attempt& best, TrackFrame& found) const {
     }
 }
 
-void Tracker::remember(const Attempt& best, const TrackFrame& found) {
+void Tracker::State::remember(const Attempt& best, const TrackFrame& found) {
     last_frame_ = found.frame;
     failures_ = best.believed() ? 0 : failures_ + 1;
     if (found.status == TrackStatus::lost) return;
@@ -210,23 +238,37 @@ void Tracker::remember(const Attempt& best, const TrackFrame& found) {
     last_tracked_ = found.frame;
 }
 
-TrackFrame Tracker::feed(int frame, std::span<const View> views, const ProgressCallback& progress) {
-    check_number(frame);
+Tracker::Tracker(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
+                 Backend& backend)
+    : state_(std::make_unique<State>(volume, start_world_from_ct, options, backend)) {}
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+
+RigidTransform Tracker::predicted(int frame) const { return state_->predicted(frame); }
+
+TrackFrame Tracker::feed(int frame, std::span<const View> views, const RunControl& control) {
+    State& state = *state_;
+    state.check_number(frame);
     const auto begin = std::chrono::steady_clock::now();
-    TrackFrame found{.frame = frame, .predicted_world_from_ct = predicted(frame)};
-    Attempt best = attempt(first_options(), found, views, progress);
+    TrackFrame found{.frame = frame, .predicted_world_from_ct = state.predicted(frame)};
+    Attempt best = state.attempt(state.first_options(), found, views, control);
     if (best.has_result) found.searched = best.result.search.mode;
-    if (!best.believed()) search_wider(best, found, views, progress);
-    judge(best, found);
-    remember(best, found);
+    if (!best.believed()) state.search_wider(best, found, views, control);
+    state.judge(best, found);
+    if (control.stop.stop_requested()) {
+        found.status = TrackStatus::stopped;
+    } else {
+        state.remember(best, found);
+    }
     found.time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return found;
 }
 
 TrackFrame Tracker::skip(int frame, const std::string& reason) {
-    check_number(frame);
-    last_frame_ = frame;
-    const RigidTransform expected = predicted(frame);
+    state_->check_number(frame);
+    state_->last_frame_ = frame;
+    const RigidTransform expected = state_->predicted(frame);
     return {.frame = frame,
             .status = TrackStatus::missing,
             .world_from_ct = expected,

@@ -1,4 +1,4 @@
-#include "core/registration/strategy/search.h"
+#include "core/registration/strategy/candidates.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,11 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 constexpr std::size_t kBatch = 256;  // between two looks at the clock
+constexpr double kRival_px = 6;      // rivals are at least this far apart
 
 /// The pose turned by the rotation vector about the object's centre, then shifted.
 RigidTransform moved(const RigidTransform& pose, const ObjectExtent& extent, const Eigen::Vector3d& turn_rad,
@@ -66,11 +67,6 @@ std::vector<RigidTransform> poses_in_view(const RigidTransform& nominal, const O
     return poses;
 }
 
-double apart_mm(const RigidTransform& a, const RigidTransform& b, const ObjectExtent& extent) {
-    const double shift_mm = (a * extent.centre_ct_mm - b * extent.centre_ct_mm).norm();
-    return std::hypot(shift_mm, rotation_angle_rad(a * inverse(b)) * extent.radius_mm);
-}
-
 std::vector<Candidate> distinct(std::vector<Candidate> candidates, const ObjectExtent& extent, double within_mm) {
     std::ranges::stable_sort(candidates, {}, &Candidate::cost);
     std::vector<Candidate> kept;
@@ -115,4 +111,18 @@ std::vector<Candidate> refined(const LevelProblem& problem, std::span<const Cand
     return result;
 }
 
-}  // namespace raylign
+void report_rivals(Run& run, const std::vector<Candidate>& candidates, double pixel_mm) {
+    const Candidate& best = candidates.front();
+    SearchReport& report = run.result.search;
+    report.cost = best.cost;
+    report.agreeing = best.agreeing;
+    for (const Candidate& other : candidates) {
+        if (apart_mm(best.world_from_ct, other.world_from_ct, run.extent) < kRival_px * pixel_mm) continue;
+        const RigidTransform moved = other.world_from_ct * inverse(best.world_from_ct);
+        const Eigen::Vector3d centre_mm = best.world_from_ct * run.extent.centre_ct_mm;
+        report.rivals.push_back({other.world_from_ct, other.cost, (moved * centre_mm - centre_mm).norm(),
+                                 rotation_angle_rad(moved) * 180 / std::numbers::pi});
+    }
+}
+
+}  // namespace raylign::detail

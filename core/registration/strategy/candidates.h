@@ -5,10 +5,9 @@
 
 #include "raylign/view.h"
 #include "core/registration/level/methods.h"
-#include "core/registration/object/overlap.h"
-#include "core/registration/registration.h"
+#include "core/registration/level/run.h"
 
-namespace raylign {
+namespace raylign::detail {
 
 /// Poses around `centre`, itself first: turned about a random axis through the object's centre and shifted in a random
 /// direction; turn and shift together move the rim by a distance (root of the squares' sum) uniform up to range_mm,
@@ -33,9 +32,6 @@ struct Candidate {
     int agreeing = 1;  ///< searches that ended there
 };
 
-/// How far apart two poses put the object: the length in PoseSpace parameters [mm at the rim].
-[[nodiscard]] double apart_mm(const RigidTransform& a, const RigidTransform& b, const ObjectExtent& extent);
-
 /// Best first; candidates within `within_mm` of a better one are counted to it.
 [[nodiscard]] std::vector<Candidate> distinct(std::vector<Candidate> candidates, const ObjectExtent& extent,
                                               double within_mm);
@@ -47,4 +43,8 @@ struct Candidate {
 /// Refines all candidates by Gauss-Newton at once.
 [[nodiscard]] std::vector<Candidate> refined(const LevelProblem& problem, std::span<const Candidate> candidates);
 
-}  // namespace raylign
+/// Puts the candidates, best first, into the search report: how many ended at the best, and the rivals, which are at
+/// least six pixels away from it.
+void report_rivals(Run& run, const std::vector<Candidate>& candidates, double pixel_mm);
+
+}  // namespace raylign::detail

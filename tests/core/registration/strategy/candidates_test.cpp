@@ -1,16 +1,16 @@
-#include "core/registration/strategy/search.h"
+#include "core/registration/strategy/candidates.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
-#include "raylign/engines.h"
+#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
-namespace raylign {
+namespace raylign::detail {
 namespace {
 
 const ObjectExtent kExtent{.centre_ct_mm = {3, -4, 5}, .thickness_mm = 30, .radius_mm = 40};
@@ -119,4 +119,4 @@ TEST(BestOf, GivesTheLeastCostsInOrder) {
 }
 
 }  // namespace
-}  // namespace raylign
+}  // namespace raylign::detail

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "core/registration/object/resident_volume.h"
+#include "raylign/registration.h"
+
+namespace raylign::detail {
+
+/// Thrown between batches to end a run early; never leaves register_resident, which returns the best so far.
+struct RunStopped {
+    Termination why;
+};
+
+/// What all parts of one registration share.
+struct Run {
+    using Clock = std::chrono::steady_clock;
+
+    ResidentVolume& resident;
+    std::span<const View> views;
+    const RegistrationOptions& options;
+    const RunControl& control;
+    ObjectExtent extent;  ///< of the object, about the rotation centre
+    RigidTransform start;
+    RegistrationResult result{};
+    /// Cost of the finest level before the fine filter and the weights that finish it: noise alone raises those.
+    std::optional<double> explained_cost{};
+    Clock::time_point begin = Clock::now();
+    double total_work = 1, done_work = 0;  ///< in units of level_work
+    int level_count = 1;                   ///< planned so far
+
+    [[nodiscard]] const Volume& volume() const { return resident.volume(); }
+    [[nodiscard]] bool has_derivatives() const { return resident.backend().info().has_derivatives; }
+    [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+};
+
+/// Before every batch. Throws RunStopped where the caller asks for it or the time is over.
+void stop_if_asked(const Run& run);
+
+/// Tells the caller how far the run is: `work` units beyond what is done.
+void show_progress(const Run& run, int level, double work, double cost, int iteration = 0);
+
+}  // namespace raylign::detail

@@ -1,0 +1,29 @@
+#pragma once
+
+namespace raylign::detail {
+
+// The bounds that more than one room decides by, each with its reason. What only one file needs stands there.
+
+/// Cost of a view or a whole from which on the DRR explains too little: a mean correlation below one half.
+inline constexpr double kWeakCost = 0.5;
+/// Cost of a whole on the coarsest level, where noise is averaged away, from which on finer levels would be wasted.
+inline constexpr double kHopelessCost = 0.7;
+/// Share of a part that every view must show: a sliver of it fits an edge of the field of view better than any bone
+/// fits a bone.
+inline constexpr double kLeastSeen_part = 0.5;
+
+/// What a search covers where its options do not say.
+inline constexpr double kNearRange_mm = 20, kNearTurn_deg = 60, kGlobalTurn_deg = 45;
+inline constexpr int kNearStarts = 6144, kGlobalStarts = 8192;
+
+/// Ends of searches closer than this are the same, in pixels at the object.
+inline constexpr double kDistinct_px = 3;
+/// Iterations of a candidate on one level of a search; the result has all that the options allow.
+inline constexpr int kSearchIterations = 15;
+
+/// Around a part once its place is known, at the object: what lies beyond has no weight.
+inline constexpr double kDomainMargin_mm = 12;
+/// Width of the Gaussian that gradients are evened out by, at the object: a cortical edge and its surroundings.
+inline constexpr double kNormalisation_mm = 6;
+
+}  // namespace raylign::detail

@@ -1,0 +1,154 @@
+#include "core/registration/strategy/part_search.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/registration/level/pixel_weights.h"
+#include "core/registration/policy.h"
+#include "core/registration/strategy/candidates.h"
+#include "core/registration/strategy/coarse_to_fine.h"
+#include "core/registration/strategy/part_weights.h"
+#include "core/registration/strategy/template_search.h"
+
+namespace raylign::detail {
+namespace {
+
+// A global search has more wrong places to tell from the right one: on a real wrist the template of the right pose
+// ranked between 10th and 400th.
+constexpr std::size_t kTemplates = 2048, kJudgedNear = 128, kJudgedGlobal = 768;
+constexpr std::size_t kKeptParts = 24, kFewerParts = 16, kPartFinalists = 6;
+constexpr int kFirstJudgement_iterations = 5;
+constexpr double kHopelessMargin = 0.15;  // of cost, above the best: more than a finer level has been seen to make up for
+constexpr double kAnyMargin = 2;          // the largest difference of costs
+constexpr double kLeastTemplate_px = 5;   // of the object's thickness: a speck fits everywhere
+constexpr double kMostReach_px = 60;      // at full resolution: 900,000 places an orientation
+
+/// Of candidates in order at most `count`, none worse than the best by more than `margin`.
+void keep_best(std::vector<Candidate>& candidates, std::size_t count, double margin) {
+    if (candidates.size() > count) candidates.resize(count);
+    std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates.front().cost, margin](const Candidate& c) {
+        return c.cost > least + margin;
+    });
+}
+
+double range_mm(const Run& run) { return run.options.search.range_mm.value_or(kNearRange_mm); }
+
+std::optional<Focus> focus_of(const Run& run, Search mode) {
+    if (mode != Search::near) return std::nullopt;
+    return Focus{run.start, range_mm(run) + kDomainMargin_mm};
+}
+
+/// Without those of which a view shows too little.
+std::vector<Candidate> seen(const Run& run, std::vector<Candidate> candidates) {
+    std::erase_if(candidates, [&](const Candidate& candidate) {
+        return least_seen_share(run.resident.sample(), run.views, candidate.world_from_ct) < kLeastSeen_part;
+    });
+    return candidates;
+}
+
+/// The level that templates are moved over: everywhere in the field of view is much to look at, so half the resolution
+/// of the coarsest level there, if the object's shape survives it.
+LevelPlan template_plan(const Run& run, LevelPlan plan, Search mode) {
+    const bool wide = mode != Search::near || range_mm(run) > kMostReach_px * plan.pixel_at_object_mm;
+    if (!wide || run.extent.thickness_mm < 2 * kLeastTemplate_px * plan.pixel_at_object_mm) return plan;
+    ++plan.volume_halvings;
+    for (int& halvings : plan.image_halvings) ++halvings;
+    plan.pixel_at_object_mm *= 2;
+    return plan;
+}
+
+TemplateFits fits_on(Run& run, Level& level, Search mode) {
+    const bool near = mode == Search::near;
+    const double turn_deg = run.options.search.range_deg.value_or(near ? kNearTurn_deg : kGlobalTurn_deg);
+    const TemplateRange range{.turn_rad = turn_deg * std::numbers::pi / 180,
+                              .reach_mm = near ? range_mm(run) : 0,
+                              .spacing_mm = level.plan().pixel_at_object_mm};
+    return poses_by_templates(level.session(), level.views(), run.start, run.extent, range, kTemplates,
+                              [&](double share) {
+                                  stop_if_asked(run);
+                                  show_progress(run, level.index(), share * level_work(level.plan()), 1);
+                              });
+}
+
+std::vector<Candidate> template_candidates(Run& run, const LevelPlan& coarsest, Search mode) {
+    const bool near = mode == Search::near;
+    const LevelPlan plan = template_plan(run, coarsest, mode);
+    ++run.level_count;
+    run.total_work += level_work(plan);
+    std::vector<Candidate> candidates;
+    on_level(run, plan, Content::part, focus_of(run, mode), [&](Level& level) {
+        if (near) level.check_overlap();
+        TemplateFits fits = fits_on(run, level, mode);
+        candidates = distinct(seen(run, std::move(fits.best)), run.extent, kDistinct_px * plan.pixel_at_object_mm);
+        keep_best(candidates, near ? kJudgedNear : kJudgedGlobal, kAnyMargin);
+        run.result.search.starts = fits.tried;
+        run.result.search.refined = static_cast<int>(candidates.size());
+        run.done_work += level_work(plan);
+        if (candidates.empty()) {
+            throw Error("search: no place " +
+                        (near ? "within " + fixed(range_mm(run), 0) + " mm of the start " : std::string()) +
+                        "where every view shows half of the object" +
+                        (near ? ": is the start right? A global search needs no more of it than a rough orientation"
+                              : ""));
+        }
+        level.report().cost_initial = level.report().cost_final = candidates.front().cost;
+    });
+    return candidates;
+}
+
+/// Each refined under weights of the pixels that it covers at its start, distinct, best first.
+std::vector<Candidate> judged(Run& run, Level& level, std::span<const Candidate> candidates, int iterations) {
+    const double pixel_mm = level.plan().pixel_at_object_mm;
+    const std::vector<Image> even = local_normalisation(level.session(), kNormalisation_mm / pixel_mm);
+    std::vector<Candidate> ends;
+    for (const Candidate& candidate : candidates) {
+        std::vector<Image> weights;
+        const std::unique_ptr<Session> session = level.cut_out(candidate.world_from_ct, even, weights);
+        if (!session) continue;
+        multiply(weights, neighbourhood(*session, candidate.world_from_ct, 0));
+        if (!leaves_enough(*session, weights)) continue;
+        session->set_weights(weights);
+        LevelProblem problem = level.problem(run.start, false, *session);
+        problem.max_iterations = std::min(problem.max_iterations, iterations);
+        const std::vector<Candidate> end = refined(problem, {&candidate, 1});
+        ends.insert(ends.end(), end.begin(), end.end());
+        level.count(*session);
+        show_progress(run, level.index(), 0, candidate.cost);
+    }
+    ends = distinct(seen(run, std::move(ends)), run.extent, kDistinct_px * pixel_mm);
+    if (ends.empty()) throw Error("search: no refined pose has a finite cost");
+    return ends;
+}
+
+}  // namespace
+
+void search_part(Run& run, Search mode) {
+    RegistrationResult& result = run.result;
+    result.search.mode = mode;
+    if (mode == Search::near) result.search.range_mm = range_mm(run);
+    const std::vector<LevelPlan> levels = plan_run(run, Content::part);
+    std::vector<Candidate> candidates = template_candidates(run, levels.front(), mode);
+    const auto focus = [&] { return focus_of(run, mode); };
+    coarse_to_fine(run, Content::part, levels, focus, [&](Level& level, const LevelPlace& place) {
+        const double pixel_mm = level.plan().pixel_at_object_mm;
+        level.report().cost_initial = level.cost(run.start);
+        const bool first = place.is_first;
+        candidates = judged(run, level, candidates, first ? kFirstJudgement_iterations : kSearchIterations);
+        keep_best(candidates, first ? kKeptParts : kPartFinalists, first ? kAnyMargin : kHopelessMargin);
+        // Once more, on the pixels that they cover now.
+        candidates = judged(run, level, candidates, kSearchIterations);
+        keep_best(candidates, first ? kFewerParts : kPartFinalists, kHopelessMargin);
+        result.world_from_ct = candidates.front().world_from_ct;
+        result.cost_final = level.report().cost_final = candidates.front().cost;
+        if (!place.is_last) return true;
+        report_rivals(run, candidates, pixel_mm);
+        if (place.coarser) weigh_part(*place.coarser, result.world_from_ct);
+        weigh_part(level, result.world_from_ct);
+        level.optimize(result.world_from_ct, true, pixel_mm);
+        return true;
+    });
+}
+
+}  // namespace raylign::detail

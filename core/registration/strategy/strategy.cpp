@@ -1,0 +1,90 @@
+#include "core/registration/strategy/strategy.h"
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/registration/policy.h"
+#include "core/registration/strategy/descent.h"
+#include "core/registration/strategy/part_search.h"
+#include "core/registration/strategy/whole_search.h"
+
+namespace raylign::detail {
+namespace {
+
+void choose_method(Run& run) {
+    RegistrationResult& result = run.result;
+    result.method = run.options.method;
+    if (result.method != Method::automatic) return;
+    const bool derivatives = run.has_derivatives();
+    result.method = derivatives ? Method::gauss_newton : Method::steepest_descent;
+    result.method_reason = derivatives ? "the fewest evaluations: the engine gives analytic derivatives"
+                                       : "the engine gives no derivatives";
+}
+
+/// A part is sought around its start where nothing else is asked for: other edges lead a descent astray.
+Search search_for(const Run& run, Content content) {
+    const Search wanted = run.options.search.mode;
+    if (wanted != Search::automatic) return wanted;
+    return content == Content::part && run.has_derivatives() ? Search::near : Search::none;
+}
+
+void find_pose_as(Run& run, Content content, StartCheck check) {
+    const Search search = search_for(run, content);
+    run.result.content = content;
+    if (search == Search::none) {
+        descend(run, content, check);
+    } else if (content == Content::whole) {
+        search_whole(run, search, check);
+    } else {
+        search_part(run, search);
+    }
+}
+
+double unexplained(const Run& run) { return run.explained_cost.value_or(run.result.cost_final); }
+
+/// The result is `whole` again; what the backend did since counts.
+void go_back_to(Run& run, const RegistrationResult& whole, const std::string& decision) {
+    const SessionTiming timing = run.result.timing;
+    const SessionCounters counters = run.result.counters;
+    run.result = whole;
+    run.result.timing = timing;
+    run.result.counters = counters;
+    run.result.decisions.push_back(decision);
+}
+
+/// Second try, where the volume as a whole explains too little. Where that comes to no end, a finished whole stays.
+void try_as_part(Run& run) {
+    const RegistrationResult whole = run.result;
+    const bool is_finished = run.explained_cost.has_value();
+    const std::string weak = "as a whole it correlates weakly (cost " + std::to_string(unexplained(run)) +
+                             ", at most " + fixed(kWeakCost, 1) + " for a whole)";
+    run.result.decisions.push_back("registered as part of what the X-ray shows: " + weak);
+    run.result.world_from_ct = run.start;
+    run.result.search = {};
+    run.result.confidence = {};
+    try {
+        find_pose_as(run, Content::part, StartCheck::none);
+    } catch (const RunStopped& stopped) {
+        if (is_finished) {
+            const std::string why = stopped.why == Termination::time_limit ? "the time limit was over"
+                                                                           : "the caller stopped the run";
+            go_back_to(run, whole, why + " before it was registered as a part, too: " + weak);
+        }
+        throw;
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        if (!is_finished) throw Error(weak + "; as a part: " + error.what());
+        go_back_to(run, whole, weak + "; as a part: " + error.what());
+    }
+}
+
+}  // namespace
+
+void find_pose(Run& run) {
+    choose_method(run);
+    run.result.world_from_ct = run.start;
+    const Content wanted = run.options.content;
+    find_pose_as(run, wanted == Content::part ? Content::part : Content::whole, StartCheck::overlap);
+    if (wanted == Content::automatic && !(unexplained(run) < kWeakCost)) try_as_part(run);
+}
+
+}  // namespace raylign::detail
