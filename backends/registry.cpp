@@ -22,8 +22,8 @@ struct Entry {
     std::string name;
     std::string summary;
     bool automatic;  ///< may "auto" take it?
-    std::function<std::unique_ptr<Backend>(const BackendOptions&, Asked)>
-        create;  ///< throws Error(unavailable) where it cannot run
+    /// Throws Error(unavailable) where it cannot run.
+    std::function<std::unique_ptr<Backend>(const BackendOptions&, Asked)> create;
     std::vector<InstructionSetStatus> instruction_sets = {};
     std::function<std::vector<DeviceStatus>()> devices = {};
 };

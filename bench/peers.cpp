@@ -1,7 +1,7 @@
 // How much faster is the cpu engine than other DRR programs? Same volume, same rays, same number of threads, random
 // poses, all programs in turn on each pose, images compared on each pose.
 //
-// Usage: raylign_peers [volume=256] [pixels=256] [threads=2] [poses=21] [spread_deg=180] [rounds=3]
+// Usage: raylign_peers [volume=256] [pixels=256] [threads=2] [poses=21] [spread_deg=180] [rounds=3] [--json FILE]
 //
 // volume: 256 (spine phantom, 256^3), 512 (512 x 512 x 256) or a CT file.
 //
@@ -25,6 +25,7 @@
 
 #include "raylign/backends.h"
 #include "bench/peers.h"
+#include "bench/record.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/io/volume.h"
@@ -69,7 +70,7 @@ struct TemporaryFolder {
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 };
 
-/// Centred on the ct origin, axes along ct: the peers know no other directions.
+/// The volume is centred on the ct origin, its axes run along ct: the peers know no other directions.
 Volume make_volume(const std::string& name) {
     const auto phantom = [](const Eigen::Vector3i& size) {
         const Eigen::Vector3d spacing_mm = Eigen::Vector3d::Constant(160.0 / 256);
@@ -109,7 +110,11 @@ void compare(const Image& image, const Image& own, Timing& timing) {
     const auto n = static_cast<double>(own.pixels.size());
     for (std::size_t i = 0; i < own.pixels.size(); ++i) {
         const double x = image.pixels[i], y = own.pixels[i];
-        a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
+        a += x;
+        b += y;
+        aa += x * x;
+        bb += y * y;
+        ab += x * y;
         sum += std::abs(x - y);
         largest = std::max(largest, std::abs(x - y));
         maximum = std::max(maximum, y);
@@ -143,7 +148,7 @@ Peer int16_peer(const Volume& volume, const std::vector<View>& views, int thread
             }};
 }
 
-/// All programs in turn on each pose. timings: raylign's, then one per peer.
+/// Runs all programs in turn on each pose. timings: raylign's, then one per peer.
 void measure_round(Session& session, const ViewGeometry& view, const std::vector<Peer>& peers,
                    const std::vector<RigidTransform>& poses, std::vector<Timing>& timings) {
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -168,13 +173,14 @@ std::vector<double> ratios(const std::vector<double>& slow, const std::vector<do
     return ratio;
 }
 
-void print_table(const std::vector<Timing>& timings) {
+void print_table(const std::vector<Timing>& timings, Record& record) {
     std::printf(
         "| program | ms, median | least | most | raylign is faster, median (range) | its first render | correlation | "
         "mean difference | largest difference |\n|---|---|---|---|---|---|---|---|---|\n");
     const Timing& own = timings.front();
     std::printf("| %s | %.2f | %.2f | %.2f | | (%.2f ms) | | | |\n", own.name.c_str(), 1e3 * median(own.seconds),
                 1e3 * std::ranges::min(own.seconds), 1e3 * std::ranges::max(own.seconds), 1e3 * median(own.cold_s));
+    record.add({own.name, 1e3 * median(own.seconds), 1, 1, 1, 1, "", ""});
     for (auto t = timings.begin() + 1; t != timings.end(); ++t) {
         const std::vector<double> ratio = ratios(t->seconds, own.seconds);
         std::printf("| %s | %.1f | %.1f | %.1f | %.1f x (%.1f-%.1f) | %.1f x | %.6f | %.1e | %.1e |%s\n",
@@ -183,6 +189,9 @@ void print_table(const std::vector<Timing>& timings) {
                     median(ratios(t->seconds, own.cold_s)), std::ranges::min(t->correlation),
                     std::ranges::max(t->mean_difference), std::ranges::max(t->max_difference),
                     same_images(*t) ? "" : " IMAGES DISAGREE");
+        record.add({t->name, 1e3 * median(t->seconds), median(ratio), std::ranges::min(ratio), std::ranges::max(ratio),
+                    median(ratios(t->seconds, own.cold_s)), std::ranges::min(t->correlation),
+                    std::ranges::max(t->max_difference)});
     }
 }
 
@@ -204,7 +213,7 @@ View make_view(const Volume& volume, int pixels) {
     return {"AP", test::c_arm_view(0, pixels, field_mm), {}, {}};
 }
 
-int run(const Arguments& arguments) {
+int run(const Arguments& arguments, Record& record) {
     if (arguments.pixels < 1 || arguments.threads < 1 || arguments.poses < 1 || arguments.rounds < 1) {
         throw Error("pixels, threads, poses and rounds must be positive");
     }
@@ -226,9 +235,12 @@ int run(const Arguments& arguments) {
         measure_round(*session, views[0].geometry, peers, poses, timings);
     }
     print_heading(arguments, volume.grid.size, backend->info());
-    print_table(timings);
+    print_table(timings, record);
     // A fast wrong answer is not a result.
-    return std::all_of(timings.begin() + 1, timings.end(), same_images) ? 0 : 1;
+    if (!std::all_of(timings.begin() + 1, timings.end(), same_images)) return 1;
+    record.note(backend->info().device + ", " + backend->info().instruction_set);
+    record.write();
+    return 0;
 }
 
 }  // namespace
@@ -237,13 +249,16 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
     const auto number = [&](int i, double fallback) { return argc > i ? std::atof(argv[i]) : fallback; };
     try {
+        raylign::detail::bench::Record record(argc, argv, "DRRs of other programs",
+                                      {"program", "DRR, median [ms]", "times raylign's, median", "least", "most",
+                                       "times its first render", "correlation", "largest difference, of the maximum"});
         const raylign::detail::bench::Arguments arguments{.volume = argc > 1 ? argv[1] : "256",
                                                   .pixels = static_cast<int>(number(2, 256)),
                                                   .threads = static_cast<int>(number(3, 2)),
                                                   .poses = static_cast<int>(number(4, 21)),
                                                   .rounds = static_cast<int>(number(6, 3)),
                                                   .spread_deg = number(5, 180)};
-        return raylign::detail::bench::run(arguments);
+        return raylign::detail::bench::run(arguments, record);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_peers: %s\n", error.what());
         return error.kind() == raylign::ErrorKind::unavailable ? 3 : 2;

@@ -2,7 +2,7 @@
 // how many cost evaluations a second it makes of small images. Things that are compared take turns, pose by pose, so
 // that a busy machine slows both; the ratio is the median over all pairs.
 //
-// Usage: raylign_ratios [voxels=256] [pixels=256] [poses=21] [rounds=3]
+// Usage: raylign_ratios [voxels=256] [pixels=256] [poses=21] [rounds=3] [--json FILE]
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "bench/bench_scene.h"
+#include "bench/record.h"
 #include "core/base/error.h"
 #include "core/image/pyramid.h"
 
@@ -33,7 +34,7 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-/// All orientations alike.
+/// All orientations are equally likely.
 std::vector<RigidTransform> poses_all_around(int count) {
     Random random(5);
     std::vector<RigidTransform> poses(count);
@@ -55,13 +56,17 @@ struct Comparison {
 };
 
 /// All of them take turns on each pose.
-void print(std::span<const Comparison> comparisons, const std::vector<RigidTransform>& poses, int rounds) {
+void print(std::span<const Comparison> comparisons, const std::vector<RigidTransform>& poses, int rounds,
+           Record& record) {
     struct Times {
         std::vector<double> one_s, other_s, ratio;
     };
     std::vector<Times> times(comparisons.size());
-    for (const RigidTransform& pose : poses) {  // copies, pages
-        for (const Comparison& comparison : comparisons) (void)comparison.one(pose), (void)comparison.other(pose);
+    for (const RigidTransform& pose : poses) {  // makes copies and touches pages
+        for (const Comparison& comparison : comparisons) {
+            (void)comparison.one(pose);
+            (void)comparison.other(pose);
+        }
     }
     for (int round = 0; round < rounds; ++round) {
         for (const RigidTransform& pose : poses) {
@@ -75,6 +80,8 @@ void print(std::span<const Comparison> comparisons, const std::vector<RigidTrans
     for (std::size_t i = 0; i < comparisons.size(); ++i) {
         std::printf("%-66s %8.2f ms %8.2f ms  ratio %.2f\n", comparisons[i].what.c_str(), 1e3 * median(times[i].one_s),
                     1e3 * median(times[i].other_s), median(times[i].ratio));
+        record.add({comparisons[i].what, 1e3 * median(times[i].one_s), 1e3 * median(times[i].other_s),
+                    median(times[i].ratio)});
     }
 }
 
@@ -150,7 +157,7 @@ private:
     std::shared_ptr<Session> session_;
 };
 
-void print_setup(const BenchScene& scene, const std::vector<RigidTransform>& poses) {
+void print_setup(const BenchScene& scene, const std::vector<RigidTransform>& poses, Record& record) {
     std::vector<double> prepare_s, copies_s, pyramid_s, drr_s;
     for (int round = 0; round < 5; ++round) {
         std::shared_ptr<Session> session;
@@ -158,7 +165,7 @@ void print_setup(const BenchScene& scene, const std::vector<RigidTransform>& pos
             session = create_backend("cpu").backend->prepare({scene.volume, std::span(scene.views).first(1), {}, {}});
         }));
         const double before_s = session->timing().prepare_s;
-        for (const RigidTransform& pose : poses) (void)session->render(pose, 0);  // around: all copies are made
+        for (const RigidTransform& pose : poses) (void)session->render(pose, 0);  // from all around: makes all copies
         copies_s.push_back(session->timing().prepare_s - before_s);
         pyramid_s.push_back(seconds([&] { (void)half_resolution(half_resolution(scene.volume)); }));
         for (const RigidTransform& pose : poses) drr_s.push_back(seconds([&] { (void)session->render(pose, 0); }));
@@ -167,15 +174,17 @@ void print_setup(const BenchScene& scene, const std::vector<RigidTransform>& pos
     std::printf(
         "setup: prepare %.1f ms, the other copies %.1f ms, two levels of the pyramid %.1f ms: %.1f DRRs of %.2f ms\n",
         1e3 * median(prepare_s), 1e3 * median(copies_s), 1e3 * median(pyramid_s), all / drr, 1e3 * drr);
+    record.add({"setup : DRR", 1e3 * all, 1e3 * drr, all / drr});
 }
 
 /// One view of 64^2 pixels of 64^3 voxels, gradient correlation.
-void print_small_batches() {
+void print_small_batches(Record& record) {
     const BenchScene scene = make_scene(64, 64);
     std::printf("\n64^3 voxels, 64^2 pixels, one view, gradient correlation: cost evaluations a second\n%8s", "batch");
     for (const int threads : {1, 2}) std::printf("%12d thread%s", threads, threads > 1 ? "s" : "");
     for (const int batch : {1, 4, 16, 64, 256}) {
         std::printf("\n%8d", batch);
+        std::vector<double> each_ms;
         for (const int threads : {1, 2}) {
             const auto session = create_backend("cpu", {.threads = threads})
                                      .backend->prepare({scene.volume, std::span(scene.views).first(1), {}, {}});
@@ -190,14 +199,17 @@ void print_small_batches() {
                                 }));
             }
             std::printf("%19.0f", median(rates));
+            each_ms.push_back(1e3 / median(rates));
             if (!std::ranges::all_of(costs, [](double cost) { return cost > 0 && cost < 2; }))
                 throw Error("a wrong cost");
         }
+        record.add({"cost evaluation, 64^2 of 64^3, batch of " + std::to_string(batch) + ", one thread : two",
+                    each_ms[0], each_ms[1], each_ms[0] / each_ms[1]});
     }
     std::printf("\n");
 }
 
-void run(int voxels, int pixels, int pose_count, int rounds) {
+void run(int voxels, int pixels, int pose_count, int rounds, Record& record) {
     const BenchScene scene = make_scene(voxels, pixels);
     const auto poses = poses_all_around(pose_count);
     const Engine two(scene, 2), one(scene, 1), trilinear(scene, 2, Projector::trilinear),
@@ -225,12 +237,15 @@ void run(int voxels, int pixels, int pose_count, int rounds) {
         {"trilinear, and its six derivative images : DRR", trilinear.derivative_images(), trilinear.drr()},
         {"DRR of int16 voxels : of float32", int16.drr(), two.drr()},
     };
-    print(derivatives, poses, rounds);
-    print(threads, poses, rounds);
-    print(in_turn, {poses.front()}, 2 * rounds + 1);
-    print(projectors, poses, rounds);
-    print_setup(scene, poses);
-    print_small_batches();
+    record.note("spine phantom, poses over all orientations, two threads; " + info.device + ", " +
+                info.instruction_set);
+    print(derivatives, poses, rounds, record);
+    print(threads, poses, rounds, record);
+    print(in_turn, {poses.front()}, 2 * rounds + 1, record);
+    print(projectors, poses, rounds, record);
+    print_setup(scene, poses, record);
+    print_small_batches(record);
+    record.write();
 }
 
 }  // namespace
@@ -239,7 +254,9 @@ void run(int voxels, int pixels, int pose_count, int rounds) {
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
-        raylign::detail::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3));
+        raylign::detail::bench::Record record(argc, argv, "Ratios of the cpu engine",
+                                      {"one : other", "one [ms]", "other [ms]", "ratio, median"});
+        raylign::detail::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3), record);
         return 0;
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_ratios: %s\n", error.what());

@@ -2,12 +2,17 @@
 // explains less and less. X-rays are simulated by the other projector (trilinear, 0.4 voxel steps) from a volume that
 // differs from the CT as the scene says. Usage:
 //   raylign_robustness CT [scenes=noise] [intervals_mm=0:20,20:40,40:60] [trials=50] [views=2] [variants=auto]
-//   [pixels=256]
-// Scenes: clean, noise, scatter, metal, vertebra-1 (lower thoracic, the boxes are for the chest CT of the tests) to
-// vertebra-5 (upper), spine (the third vertebra of the spine phantom, cut exactly, in the X-ray of all of it).
-// Variants: auto, no-robust, one-level, no-search, part (no search), steepest-descent, bobyqa, global (no start: turned
-// by up to 40 degrees and anywhere in view). Several with commas. RAYLIGN_LIST=1 prints every trial. The columns of the
-// verdict: failures that it doubted, and successes that it doubted.
+//                      [pixels=256] [--json FILE]
+// Several scenes, intervals or variants stand between commas. RAYLIGN_LIST=1 prints every trial.
+// Scenes:
+//   clean, noise, scatter, metal
+//   vertebra-1 to vertebra-5   lower to upper thoracic; the boxes are for the chest CT of the tests
+//   spine                      the third vertebra of the spine phantom, cut exactly, in the X-ray of all of it
+// Variants:
+//   auto, no-robust, one-level, no-search, steepest-descent, bobyqa
+//   part                       as part, without a search
+//   global                     without a start: turned by up to 40 degrees and anywhere in view
+// The columns of the verdict count the failures that it doubted, and the successes that it doubted.
 
 #include <algorithm>
 #include <array>
@@ -20,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/record.h"
 #include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/evaluation/mismatch.h"
@@ -153,7 +159,7 @@ RegistrationOptions options_of(const std::string& variant) {
     return options;
 }
 
-/// Within the interval; for `global` turned by up to 40 degrees and up to 100 mm off along each axis.
+/// A start within the interval; for `global` it is turned by up to 40 degrees and up to 100 mm off along each axis.
 RigidTransform start_of(const Scene& scene, const std::string& variant, double initial_mm, std::uint64_t seed) {
     if (variant != "global") return perturbed_start(scene.truth, scene.targets, initial_mm, seed);
     Random random(seed);
@@ -192,7 +198,7 @@ void list_trial(int number, const Trial& trial) {
 }
 
 void print_interval(const Scene& scene, const std::string& variant, double low_mm, double high_mm, int trials,
-                    Backend& backend) {
+                    Backend& backend, Record& record) {
     int successes = 0, caught = 0, doubted = 0, within = 0;
     std::vector<double> final_mm, seconds, linearizations;
     for (int number = 0; number < trials; ++number) {
@@ -214,6 +220,8 @@ void print_interval(const Scene& scene, const std::string& variant, double low_m
         percentile(final_mm, 0.95), percentile(final_mm, 1), percentile(seconds, 0.5), percentile(seconds, 0.95),
         percentile(linearizations, 0.5), caught, trials - successes, doubted, successes, within, successes);
     std::fflush(stdout);
+    record.add({scene.name, variant, scene.views.size(), low_mm, high_mm, successes, trials, percentile(final_mm, 0.5),
+                percentile(final_mm, 1), percentile(seconds, 0.5), percentile(linearizations, 0.5), caught, doubted});
 }
 
 std::vector<std::string> split(const std::string& text) {
@@ -223,7 +231,7 @@ std::vector<std::string> split(const std::string& text) {
     return parts;
 }
 
-int run(int argc, char** argv) {
+int run(int argc, char** argv, Record& record) {
     const auto word = [&](int i, const char* fallback) { return std::string(argc > i ? argv[i] : fallback); };
     const Volume ct = read_volume(argv[1]).volume;
     const int trials = std::atoi(word(4, "50").c_str()), views = std::atoi(word(5, "2").c_str());
@@ -236,10 +244,12 @@ int run(int argc, char** argv) {
                 double low_mm = 0, high_mm = 0;
                 if (std::sscanf(interval.c_str(), "%lf:%lf", &low_mm, &high_mm) != 2)
                     throw Error("interval " + interval);
-                print_interval(scene, variant, low_mm, high_mm, trials, *backend);
+                print_interval(scene, variant, low_mm, high_mm, trials, *backend, record);
             }
         }
     }
+    record.note("X-rays simulated from the CT");
+    record.write();
     return 0;
 }
 
@@ -253,7 +263,11 @@ int main(int argc, char** argv) {
         return 2;
     }
     try {
-        return raylign::detail::bench::run(argc, argv);
+        raylign::detail::bench::Record record(
+            argc, argv, "Far starts, mismatch, verdict",
+            {"scene", "variant", "views", "from [mm]", "to [mm]", "success", "of", "error, p50 [mm]", "error, max [mm]",
+             "time, median [s]", "linearizations", "failures doubted", "successes doubted"});
+        return raylign::detail::bench::run(argc, argv, record);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_robustness: %s\n", error.what());
         return 2;

@@ -1,6 +1,6 @@
 // How much faster is one engine than another per DRR? Both render the same random poses in turn, in one run; the images
-// are compared first; the ratio is the median over rounds. Usage: raylign_speedup [fast] [slow] [voxels] [pixels]
-// [rounds]
+// are compared first; the ratio is the median over rounds. Usage:
+//   raylign_speedup [fast=cpu] [slow=reference] [voxels=256] [pixels=256] [rounds=9] [--json FILE]
 
 #include <algorithm>
 #include <chrono>
@@ -9,6 +9,7 @@
 #include <string>
 
 #include "bench/bench_scene.h"
+#include "bench/record.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::bench {
@@ -35,7 +36,8 @@ double difference(const Image& a, const Image& b) {
     return largest / maximum;
 }
 
-int run(const std::string& fast_name, const std::string& slow_name, int voxels, int pixels, int rounds) {
+int run(const std::string& fast_name, const std::string& slow_name, int voxels, int pixels, int rounds,
+        Record& record) {
     const BenchScene scene = make_scene(voxels, pixels);
     const auto fast_backend = create_backend(fast_name).backend, slow_backend = create_backend(slow_name).backend;
     const auto fast = fast_backend->prepare({scene.volume, scene.views, {}, {}});
@@ -59,6 +61,10 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
                 info.threads, info.instruction_set.c_str());
     std::printf("%-10s %9.2f ms\n", slow_name.c_str(), 1e3 * median(slow_s));
     std::printf("%s is %.1f x as fast as %s\n", fast_name.c_str(), median(ratio), slow_name.c_str());
+    record.note("joseph; " + info.device + ", " + info.instruction_set);
+    record.add({fast_name, info.threads, 1e3 * median(fast_s), median(ratio)});
+    record.add({slow_name, slow_backend->info().threads, 1e3 * median(slow_s), 1});
+    record.write();
     return 0;
 }
 
@@ -68,8 +74,10 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
+        raylign::detail::bench::Record record(argc, argv, "DRRs of two engines",
+                                      {"engine", "threads", "DRR, median [ms]", "times as fast"});
         return raylign::detail::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256),
-                                   number(4, 256), number(5, 9));
+                                   number(4, 256), number(5, 9), record);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_speedup: %s\n", error.what());
         return 2;

@@ -1,8 +1,9 @@
 // The main job in numbers: a real CT, simulated X-rays with photon noise, random starts of one initial error, several
-// engines. Usage: raylign_starts CT [initial_mtre_mm=8] [seeds=10] [pixels=256] [backends=cpu] [method=auto]
-// [field_mm=400] [photons=20000] backends: names with commas. `reference` is slow: give it 48 or 64 pixels. The X-rays
-// are simulated from the CT itself, by the other projector (trilinear, 0.4 voxel steps) on the full grid; every line
-// printed says so by its heading.
+// engines. Usage:
+//   raylign_starts CT [initial_mtre_mm=8] [seeds=10] [pixels=256] [backends=cpu] [method=auto] [field_mm=400]
+//                  [photons=20000] [--json FILE]
+// backends: names with commas. `reference` is slow: give it 48 or 64 pixels. The X-rays are simulated from the CT
+// itself, by the other projector (trilinear, 0.4 voxel steps) on the full grid; the heading of each case says so.
 
 #include <algorithm>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/record.h"
 #include "raylign/backends.h"
 #include "core/base/error.h"
 #include "raylign/simulate.h"
@@ -68,7 +70,8 @@ Run run_one(const Job& job, Backend& backend, double mtre_mm, std::uint64_t seed
             result.world_from_ct};
 }
 
-void print_case(const char* name, const Job& job, const std::vector<std::string>& backends, double mtre_mm, int seeds) {
+void print_case(const char* name, const Job& job, const std::vector<std::string>& backends, double mtre_mm, int seeds,
+                Record& record) {
     const double half_voxel_mm = job.volume.grid.spacing_mm.minCoeff() / 2;
     std::printf("\n%s, start %.0f mm away, %d seeds, X-rays simulated from the CT (trilinear, noise)\n", name, mtre_mm,
                 seeds);
@@ -79,6 +82,7 @@ void print_case(const char* name, const Job& job, const std::vector<std::string>
         const auto backend = create_backend(name_of_backend).backend;
         all.emplace_back();
         int successes = 0;
+        double largest_mm = 0;
         std::vector<double> seconds;
         for (int seed = 1; seed <= seeds; ++seed) {
             const Run r = run_one(job, *backend, mtre_mm, seed);
@@ -86,12 +90,14 @@ void print_case(const char* name, const Job& job, const std::vector<std::string>
                         r.final_mm, r.mrpd_mm, r.cost, static_cast<unsigned long long>(r.evaluations),
                         static_cast<unsigned long long>(r.linearizations), r.seconds, r.ok ? "yes" : "no");
             successes += r.final_mm < half_voxel_mm;
+            largest_mm = std::max(largest_mm, r.final_mm);
             seconds.push_back(r.seconds);
             all.back().push_back(r);
         }
         std::ranges::sort(seconds);
         std::printf("%s: %d of %d below half a voxel (%.3f mm), median %.2f s\n", name_of_backend.c_str(), successes,
                     seeds, half_voxel_mm, seconds[seconds.size() / 2]);
+        record.add({name, name_of_backend, mtre_mm, successes, seeds, seconds[seconds.size() / 2], largest_mm});
     }
     for (std::size_t b = 1; b < all.size(); ++b) {
         double apart_mm = 0, cost = 0;
@@ -104,7 +110,7 @@ void print_case(const char* name, const Job& job, const std::vector<std::string>
     }
 }
 
-int run(int argc, char** argv) {
+int run(int argc, char** argv, Record& record) {
     const auto number = [&](int i, double fallback) { return argc > i ? std::atof(argv[i]) : fallback; };
     std::vector<std::string> backends;
     std::stringstream list(argc > 5 ? argv[5] : "cpu");
@@ -116,9 +122,11 @@ int run(int argc, char** argv) {
     job.method = method_from_name(argc > 6 ? argv[6] : "auto");
     job.views = simulate(job.volume, test::biplane_views(static_cast<int>(number(4, 256)), number(7, 400)), job.truth,
                          number(8, 20000));
-    print_case("biplane", job, backends, number(2, 8), static_cast<int>(number(3, 10)));
+    print_case("biplane", job, backends, number(2, 8), static_cast<int>(number(3, 10)), record);
     job.views.resize(1);
-    print_case("single view", job, backends, number(2, 8), static_cast<int>(number(3, 10)));
+    print_case("single view", job, backends, number(2, 8), static_cast<int>(number(3, 10)), record);
+    record.note("X-rays simulated from the CT (trilinear, noise)");
+    record.write();
     return 0;
 }
 
@@ -133,7 +141,10 @@ int main(int argc, char** argv) {
         return 2;
     }
     try {
-        return raylign::detail::bench::run(argc, argv);
+        raylign::detail::bench::Record record(
+            argc, argv, "Accuracy on a CT",
+            {"views", "backend", "start mTRE [mm]", "success", "of", "time, median [s]", "largest final mTRE [mm]"});
+        return raylign::detail::bench::run(argc, argv, record);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_starts: %s\n", error.what());
         return 2;

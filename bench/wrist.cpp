@@ -1,8 +1,11 @@
 // Real X-rays: the radius of a wrist in two biplane views, against a reference pose, from random starts. Usage:
 //   raylign_wrist FOLDER [mode=near|global] [starts=50] [initial mTRE, mm=15] [backend=cpu] [instants=2,99]
-// near: starts uniform up to the initial mTRE. global: no start; an orientation that is up to 45 degrees off (uniform
-// in the ball of rotation vectors), the bone where the central rays meet; the seed is the trial's. Success: the bone's
-// centre within 0.5 mm and the rotation within 2 degrees of the reference. RAYLIGN_LIST=1 prints every trial.
+//                 [--json FILE]
+//   near     starts are uniform up to the initial mTRE
+//   global   without a start: an orientation that is up to 45 degrees off (uniform in the ball of rotation vectors),
+//            the bone where the central rays meet; the seed is the trial's
+// Success: the bone's centre within 0.5 mm and the rotation within 2 degrees of the reference. RAYLIGN_LIST=1 prints
+// every trial.
 
 #include <algorithm>
 #include <cstdio>
@@ -10,6 +13,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "bench/record.h"
 #include "raylign/start.h"
 #include "raylign/backends.h"
 #include "core/base/error.h"
@@ -79,7 +83,7 @@ double median(std::vector<double> values) {
 }
 
 void run_instant(const std::filesystem::path& folder, int instant, bool global, int starts, double most_mm,
-                 Backend& backend) {
+                 Backend& backend, Record& record) {
     const test::Wrist wrist = test::read_wrist(folder, instant);
     int successes = 0, caught = 0, doubted = 0;
     std::vector<double> centre_mm, rotation_deg, seconds;
@@ -98,9 +102,11 @@ void run_instant(const std::filesystem::path& folder, int instant, bool global, 
         instant, global ? "global" : "near", successes, starts, median(centre_mm), median(rotation_deg),
         median(seconds), caught, starts - successes, doubted, successes);
     std::fflush(stdout);
+    record.add({global ? "global" : "near", instant, successes, starts, median(centre_mm), median(rotation_deg), caught,
+                doubted, median(seconds)});
 }
 
-int run(int argc, char** argv) {
+int run(int argc, char** argv, Record& record) {
     const auto word = [&](int i, const char* fallback) { return std::string(argc > i ? argv[i] : fallback); };
     const std::string mode = word(2, "near");
     if (mode != "near" && mode != "global") throw Error("mode " + mode + " (allowed: near, global)");
@@ -108,8 +114,9 @@ int run(int argc, char** argv) {
     std::stringstream instants(word(6, "2,99"));
     for (std::string instant; std::getline(instants, instant, ',');) {
         run_instant(argv[1], std::stoi(instant), mode == "global", std::max(1, std::stoi(word(3, "50"))),
-                    std::stod(word(4, "15")), *backend);
+                    std::stod(word(4, "15")), *backend, record);
     }
+    record.write();
     return 0;
 }
 
@@ -122,7 +129,11 @@ int main(int argc, char** argv) {
         return 2;
     }
     try {
-        return raylign::detail::bench::run(argc, argv);
+        raylign::detail::bench::Record record(
+            argc, argv, "Real X-rays: the radius of a wrist",
+            {"search", "instant", "success", "of", "centre, median [mm]", "rotation, median [deg]", "failures doubted",
+             "successes doubted", "time, median [s]"});
+        return raylign::detail::bench::run(argc, argv, record);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "raylign_wrist: %s\n", error.what());
         return 2;

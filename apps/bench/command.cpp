@@ -43,7 +43,7 @@ struct BenchRun {
 std::vector<std::string> names_of(const BenchFlags& flags) {
     if (!flags.engine.backend.empty()) return parse_list(flags.engine.backend, "--backend");
     std::vector<std::string> names = backend_names();
-    std::erase(names, "reference");  // it would take minutes: by name only
+    std::erase(names, "reference");  // it would take minutes, so it runs only where it is named
     return names;
 }
 
@@ -198,7 +198,7 @@ std::string bench_table(const BenchRun& run) {
 }
 
 void check(const BenchFlags& flags) {
-    DrrOptions shared;  // the same rules for the same flags
+    DrrOptions shared;  // the same flags obey the same rules
     shared.volume = flags.volume;
     shared.engine = flags.engine;
     settle_conflicts(shared);

@@ -19,7 +19,7 @@ constexpr double kPhantomSide_mm = 160;
 constexpr double kPhotons = 50000;
 constexpr double kStartMtre_mm = 8;
 
-/// Away from every symmetry of grid and cameras.
+/// A pose that lies away from every symmetry of grid and cameras.
 RigidTransform oblique_pose() {
     Twist twist;
     twist << 0.07, -0.08, 0.06, 3.3, -4.1, 2.2;
@@ -125,7 +125,7 @@ BenchPoint time_poses(const BenchScene& scene, Backend& backend, int batch, int 
     const auto session = backend.prepare({scene.volume, scene.views, {}, {}});
     const std::vector<RigidTransform> poses = poses_around(scene.true_world_from_ct, batch);
     std::vector<double> costs(poses.size()), ms;
-    session->evaluate(poses, costs);  // warm: layouts made, code and data touched
+    session->evaluate(poses, costs);  // warms up: makes the layouts, touches code and data
     for (int i = 0; i < repeats; ++i) {
         stop_if_interrupted();
         const auto begin = Clock::now();

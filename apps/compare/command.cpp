@@ -103,7 +103,7 @@ Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<
 }
 
 void check(const CompareFlags& flags) {
-    DrrOptions shared;  // the same rules for the same flags
+    DrrOptions shared;  // the same flags obey the same rules
     shared.volume = flags.volume;
     shared.engine = flags.engine;
     settle_conflicts(shared);

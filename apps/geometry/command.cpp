@@ -92,7 +92,7 @@ OutputFormat output_format(const GeometryOptions& options) {
                     "--format");
 }
 
-/// The text of the output; `notes` for its reader.
+/// Returns the text of the output; `notes` gets what its reader must know.
 std::string converted(OutputFormat format, const std::vector<ViewSummary>& summaries, std::vector<std::string>& notes) {
     std::vector<ViewGeometry> geometries;
     for (const ViewSummary& summary : summaries) geometries.push_back(summary.geometry);

@@ -26,7 +26,7 @@ struct CArmAngles {
 };
 [[nodiscard]] CArmAngles c_arm_angles(const RigidTransform& camera_from_world);
 
-/// For people: K, source and detector in world, angles, field of view at the isocentre (the world's origin),
+/// Tells people K, source and detector in world, angles, field of view at the isocentre (the world's origin) and
 /// assumptions.
 [[nodiscard]] std::string geometry_text(const std::vector<ViewSummary>& views);
 /// The same as JSON.

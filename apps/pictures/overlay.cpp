@@ -11,8 +11,8 @@ namespace raylign::detail::apps {
 namespace {
 
 constexpr int kPanelPx = 512;  // smaller pictures do not read well on today's screens
-constexpr int kLongestPx =
-    1024;  // larger panels are scaled down: the overlay is to be looked at, drr_*.tif keeps the pixels
+// Larger panels are scaled down: the overlay is to be looked at, drr_*.tif keeps the pixels.
+constexpr int kLongestPx = 1024;
 constexpr int kGapPx = 8, kTextScale = 3, kCaptionPx = kGlyphHeight * kTextScale + 2 * kGapPx;
 
 // Brightness of the X-ray under the contours: thin coloured lines must stand out from bone.

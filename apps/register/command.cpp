@@ -53,7 +53,7 @@ std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const Regi
                                         const RegistrationResult& result, Backend& backend, OutputFolder& folder) {
     std::vector<PageOverlay> overlays;
     std::vector<View> views = inputs.views;
-    for (View& view : views) view.image = view.weights = {};  // only to be rendered: no channels to make
+    for (View& view : views) view.image = view.weights = {};  // they are only rendered and need no channels
     const auto session = backend.prepare({inputs.volume, views, options.render, options.similarity});
     for (std::size_t i = 0; i < inputs.views.size(); ++i) {
         stop_if_interrupted();
@@ -86,7 +86,7 @@ std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registrat
     write_pose(folder.stage("pose.json"), run.result.world_from_ct);
     write_pose(folder.stage("pose.tfm"), run.result.world_from_ct);
     const std::vector<PageOverlay> overlays = stage_pictures(run.inputs, registration, run.result, backend, folder);
-    run.total_s = seconds_since(begin);  // all but hashing the inputs for the report
+    run.total_s = seconds_since(begin);  // leaves out hashing the inputs for the report
     const std::string report = report_json(run);
     write_text(folder.stage("report.json"), report);
     write_text(folder.stage("report.html"), report_page("register", report, overlays, {{"machine", machine_json()}}));
@@ -96,7 +96,7 @@ std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registrat
 int run_register(const RegisterOptions& options, const Invocation& invocation) {
     const auto begin = Clock::now();
     settle_conflicts(options);
-    RegistrationOptions registration = registration_options(options);  // names first: cheap to refuse
+    RegistrationOptions registration = registration_options(options);  // checks names first: that is cheap
     BackendChoice choice = choose_backend(options.engine);
     const RegisterInputs inputs = read_register_inputs(options);
     registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;

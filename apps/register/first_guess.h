@@ -27,7 +27,7 @@ struct FirstGuess {
 /// Throws Error for wishes that contradict each other; before any file is read.
 void check_wishes(const StartWishes& wishes);
 
-/// The pose file, the pose by landmarks (core/registration/landmark_pose.h), the one that DICOM geometry tells (the
+/// The pose file, the pose by landmarks (core/start/landmark_pose.h), the one that DICOM geometry tells (the
 /// CT's axes along the world's; its centre where the central rays meet, or the plan's isocentre in the world's origin),
 /// or without a wish default_start.
 [[nodiscard]] FirstGuess first_guess(const StartWishes& wishes, const VoxelGrid& grid, const ViewsFile& views);

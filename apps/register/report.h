@@ -29,7 +29,7 @@ struct RegisterRun {
     double total_s = 0;
 };
 
-/// report.json (../formats.md), indented, with a final newline.
+/// report.json, indented, with a final newline.
 [[nodiscard]] std::string report_json(const RegisterRun& run);
 
 /// What `raylign info --json` prints.

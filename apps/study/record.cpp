@@ -118,11 +118,13 @@ std::string csv_header() {
 }
 
 std::string csv_row(const Study& study, const TrialRecord& record) {
-    const StudyCase& of = study.cases[record.study_case];
+    const StudyCase& studied = study.cases[record.study_case];
     const StudyInterval& interval = study.intervals[record.interval];
     std::string line = std::to_string(record.trial);
     const auto add = [&line](const std::string& text) { line += "," + text; };
-    for (const std::string& text : {joined_views(of), of.backend, of.method, of.metric}) add(text_of(text));
+    for (const std::string& text : {joined_views(studied), studied.backend, studied.method, studied.metric}) {
+        add(text_of(text));
+    }
     add(text_of(interval.low_mm));
     add(text_of(interval.high_mm));
     add(std::to_string(record.repetition));

@@ -25,7 +25,7 @@ void run_alone(const Study& study, StudyJournal& journal, const StudyCallback& p
 /// The same with several processes: rank 0 hands out trials one by one, runs some itself and writes all; it looks for
 /// messages before each batch of evaluations, so that nobody waits for long.
 void run_as_first(const Study& study, StudyJournal& journal, Ranks& ranks, const StudyCallback& progress);
-/// Of the other ranks: runs what rank 0 sends until there is no more.
+/// What the other ranks do: runs what rank 0 sends until there is no more.
 void run_as_worker(const Study& study, Ranks& ranks);
 
 }  // namespace raylign::detail::apps

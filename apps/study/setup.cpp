@@ -52,7 +52,7 @@ Study set_up_study(const StudyOptions& settled_options) {
     Study study;
     study.options = settled_options;
     study.intervals = study_intervals(parse_bins(study.options.bins));
-    (void)render_settings(study.options.registration.engine);  // names first: cheap to refuse
+    (void)render_settings(study.options.registration.engine);  // checks names first: that is cheap
     read_small_files(study);
     make_cases(study);
     stop_if_interrupted();
@@ -78,7 +78,7 @@ std::vector<View> trial_views(const Study& study, const StudyCase& study_case, s
             if (study.views[v].name != name) continue;
             views.push_back(study.views[v]);
             if (study.is_simulated[v] == 0 || study.options.noise_photons == 0) continue;
-            // By the view's place in the file: it has the same noise in every case.
+            // The seed follows the view's place in the file: it has the same noise in every case.
             views.back().image =
                 with_photon_noise(views.back().image, study.options.noise_photons, Random(seed + v + 1).bits());
         }

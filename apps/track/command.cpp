@@ -46,7 +46,7 @@ std::vector<std::filesystem::path> frame_files(const TrackReport& report, std::s
     return files;
 }
 
-/// A frame that cannot be read is a gap: dashes.
+/// A frame that cannot be read is a gap and gets dashes.
 std::string hash_or_dashes(const std::filesystem::path& file) {
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(file, ignored)) return std::string(64, '-');
@@ -117,7 +117,7 @@ std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_poi
     const std::vector<PageOverlay> pictures =
         report.complete() ? track_pictures(report, backend, folder.stage("track.html").parent_path())
                           : std::vector<PageOverlay>();
-    report.total_s = seconds_since(begin);  // all but hashing
+    report.total_s = seconds_since(begin);  // leaves out hashing
     stage_frame_hashes(report, folder);
     report.outputs.insert(report.outputs.end(), {"track.json", "track.html"});
     const std::string json = track_json(report);
@@ -129,7 +129,7 @@ std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_poi
 int run_track_command(const TrackCommandOptions& options, const Invocation& invocation) {
     const auto begin = Clock::now();
     settle_conflicts(options.registration);
-    (void)track_options(options, 1);  // names first: cheap to refuse
+    (void)track_options(options, 1);  // checks names first: that is cheap
     BackendChoice choice = choose_backend(options.registration.engine);
     const TrackInputs inputs = read_track_inputs(options);
     TrackOptions track = track_options(options, inputs.frame_step);

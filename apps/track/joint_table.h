@@ -15,12 +15,13 @@ struct JointRow {
     TrackStatus status = TrackStatus::missing;             ///< the worse of the two bones'
     std::optional<RigidTransform> proximal_from_distal;    ///< between their axes; none where a pose is missing
     Eigen::Vector3d angles_rad = Eigen::Vector3d::Zero();  ///< cardan_angles_rad
-    HelicalAxis helical;                                   ///< of the motion since the joint's first row with a pose,
-                                                           ///< in the proximal axes
+    /// Of the motion since the joint's first row with a pose, in the proximal axes.
+    HelicalAxis helical;
 };
 
-/// One joint through all frames: proximal_from_distal = (world_from_ct * ct_from_axes of the proximal bone)^-1 *
-/// world_from_ct * ct_from_axes of the distal one.
+/// One joint through all frames:
+///   proximal_from_distal = (world_from_ct * ct_from_axes of the proximal bone)^-1
+///                          * world_from_ct * ct_from_axes of the distal one.
 [[nodiscard]] std::vector<JointRow> joint_rows(const std::vector<TrajectoryRow>& trajectory,
                                                const TrackObject& proximal, const TrackObject& distal,
                                                const CardanSequence& sequence);

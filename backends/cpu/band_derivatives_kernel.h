@@ -85,7 +85,7 @@ private:
         }
     };
 
-    /// Sums by lane; their order in first-order products: image, times the image, times the fixed one.
+    /// Sums by lane. First-order products come in this order: image, times the image, times the fixed one.
     struct Totals {
         static constexpr int kFirst = 3 * kImages, kSecond = kParameters * (kParameters + 1) / 2;
         FourDoubles lanes[kFirst + kSecond][kLanes / 4] = {};

@@ -49,7 +49,7 @@ struct Band {
 
     static int first_row(const BandJob& job) { return job.y0 > job.radius ? job.y0 - job.radius : 0; }
 
-    /// Of the filtered rows: an odd number of cache lines, so that a column does not fall into few sets of the cache.
+    /// Filtered rows lie an odd number of cache lines apart, so that a column does not fall into few sets of the cache.
     static std::ptrdiff_t filtered_stride(const BandJob& job) { return job.stride | 16; }
 
     static float* row_filtered(const BandJob& job, int direction, int y) {

@@ -189,7 +189,7 @@ void CpuSession::accumulate_all(std::span<const RayFrame> frames, std::span<cons
     for (const RayFrame& frame : frames) make_layouts_for(frame);
     const auto start = Clock::now();
     const std::size_t images = derivatives.empty() ? 1 : 1 + kParameters;
-    // Small images in large batches: a frame each. Else the threads share the tiles of a frame, which balances better.
+    // Of small images in large batches each thread takes a frame. Else they share its tiles, which balances better.
     const bool whole = image_floats_ <= 128 * 128 && frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
     const std::size_t group =
         whole ? frames.size() : std::max<std::size_t>(1, kImagesInWork / (images * image_floats_));
@@ -213,7 +213,7 @@ void CpuSession::whole_frames(const Work& work) {
         const RayFrame& frame = work.frames[i];
         const ViewPlan& view = views_[frame.view];
         for (int tile = 0; tile < view.tiles(); ++tile) {
-            cast_tile(frame, work.of(i), tile, slot.image.data(), view.stride, true, slot);
+            cast_tile(frame, work.derivatives_of(i), tile, slot.image.data(), view.stride, true, slot);
         }
         for (int band = 0; band < view.bands(); ++band) sum_band(work, i, band, slot.image.data(), slot);
     });
@@ -229,7 +229,8 @@ void CpuSession::tiled_frames(const Work& work) {
         const int tile = static_cast<int>(turn % tiles);
         const ViewPlan& view = views_[work.frames[i].view];
         if (tile >= view.tiles()) return;
-        cast_tile(work.frames[i], work.of(i), tile, &images_[i * frame_floats], view.stride, true, slots_[thread]);
+        cast_tile(work.frames[i], work.derivatives_of(i), tile, &images_[i * frame_floats], view.stride, true,
+                  slots_[thread]);
     });
     workers_.run(work.frames.size() * bands_, [&](std::size_t turn, int thread) {
         const std::size_t i = turn / bands_;

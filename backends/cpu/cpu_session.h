@@ -48,7 +48,7 @@ private:
         std::span<const FrameDerivatives> derivatives;  ///< one per frame, or none
 
         [[nodiscard]] std::size_t images_per_frame() const { return derivatives.empty() ? 1 : 1 + kParameters; }
-        [[nodiscard]] const FrameDerivatives* of(std::size_t frame) const {
+        [[nodiscard]] const FrameDerivatives* derivatives_of(std::size_t frame) const {
             return derivatives.empty() ? nullptr : &derivatives[frame];
         }
     };

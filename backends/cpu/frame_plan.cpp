@@ -17,7 +17,7 @@ std::vector<float> with_stride(const Image& image, std::ptrdiff_t stride) {
     return out;
 }
 
-/// Around the pixels with weight in the square of kNeedPx that begins at (x, y).
+/// The box around the pixels with weight in the square of kNeedPx that begins at (x, y).
 Eigen::AlignedBox2i weighted_box(const Image& weights, int x, int y) {
     Eigen::AlignedBox2i box;
     for (int v = y; v < std::min(y + kNeedPx, weights.height); ++v) {

@@ -77,8 +77,8 @@ void clear_slopes(Packet& packet) {
 
 /// dI / dp for the six parameters and the rays of a packet. With plane distance d from the source, a sample's row is
 /// s_r + d m_r, m_r = ray_r / ray_a (columns alike), and the length per plane L ~ 1 / |ray_a|; so
-///   dI = L sum_k [ f_r (ds_r - m_r ds_a + d dm_r) + f_c (...) ] - I dray_a / ray_a,   dm_r = (dray_r - m_r dray_a) /
-///   ray_a.
+///   dI = L sum_k [ f_r (ds_r - m_r ds_a + d dm_r) + f_c (...) ] - I dray_a / ray_a,
+///   dm_r = (dray_r - m_r dray_a) / ray_a.
 /// Derived from core/CONVENTIONS.md section 5; the loops run over lanes so that the compiler makes vectors of them.
 template <class Packet>
 void store_derivatives(const CastJob& job, int axis, const Packet& packet) {

@@ -100,8 +100,8 @@ private:
             packet.sum[i] = 0;
         }
         if constexpr (order == Order::derivatives) clear_slopes(packet);
-        const bool planes_follow =
-            job.source[axis] < 0.5 * job.layouts[axis].planes;  // the source's side, where not limited
+        // The source's side, where not limited.
+        const bool planes_follow = job.source[axis] < 0.5 * job.layouts[axis].planes;
         set_line(rows, planes_follow, packet.row_line, packet.row_spread, packet.row_offset, packet.row_slope);
         set_line(columns, planes_follow, packet.column_line, packet.column_spread, packet.column_offset,
                  packet.column_slope);
@@ -155,7 +155,7 @@ private:
         }
     }
 
-    /// Of a packet. Where it is limited, lanes may lie on both sides of the source, and so of the line.
+    /// What a packet can meet. Where it is limited, lanes may lie on both sides of the source, and so of the line.
     static Range range(double source, double line, double spread, bool limited, const SlabPart& part) {
         const Range range = line_range(source, line, spread, part.d0, part.d1);
         const double reach = spread * maximum(__builtin_fabs(part.d0), __builtin_fabs(part.d1));

@@ -66,7 +66,8 @@ struct TileShape {
             r[corner] = ray(kAxisOrder[axis][1]) / ray(axis);
             c[corner] = ray(kAxisOrder[axis][2]) / ray(axis);
         }
-        row = r[0], column = c[0];
+        row = r[0];
+        column = c[0];
         set_edges(edges[0], r[1] - r[0], c[1] - c[0], r[2] - r[0], c[2] - c[0]);
         set_edges(edges[1], r[2] - r[0], c[2] - c[0], r[1] - r[0], c[1] - c[0]);
     }

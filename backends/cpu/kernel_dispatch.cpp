@@ -10,7 +10,7 @@ namespace raylign::detail {
 namespace cpu {
 
 // Asked of the compiler's run-time library: xsimd 8.1 reads SSE2 from the wrong bit and never asks whether the system
-// saves the wide registers (P1 in models.md).
+// saves the wide registers.
 #if defined(__x86_64__)
 extern const KernelTable kAvx512Kernels, kAvx2Kernels, kSse2Kernels;
 namespace {

@@ -233,8 +233,8 @@ private:
             const __m512i o0 = _mm512_castps_si512(_mm512_fmadd_ps(eight, odd_row, cell)),
                           o1 = _mm512_add_epi32(o0, one);
             const __m512 fc = _mm512_sub_ps(c, column), above = _mm512_sub_ps(r, even_row);
-            const __m512 distance =
-                _mm512_add_ps(_mm512_abs_ps(above), _mm512_abs_ps(above));  // half rows count double
+            // Half rows count double.
+            const __m512 distance = _mm512_add_ps(_mm512_abs_ps(above), _mm512_abs_ps(above));
             const __m512 re0 = even.rise(e0), re1 = even.rise(e1), ro0 = odd.rise(o0), ro1 = odd.rise(o1);
             const __m512 ve0 = _mm512_fmadd_ps(fp, re0, even.low(e0)), ve1 = _mm512_fmadd_ps(fp, re1, even.low(e1));
             const __m512 vo0 = _mm512_fmadd_ps(fp, ro0, odd.low(o0)), vo1 = _mm512_fmadd_ps(fp, ro1, odd.low(o1));

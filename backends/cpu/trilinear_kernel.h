@@ -32,7 +32,7 @@ struct Trilinear {
     }
 
 private:
-    /// Of the tile's middle pixel: all its rays are about as long along this axis.
+    /// The dominant axis of the tile's middle pixel: all rays of the tile are about as long along it.
     static int axis_of(const CastJob& job) {
         const PacketRays<1, 1> ray(job, (job.x0 + job.x1) / 2, (job.y0 + job.y1) / 2);
         for (int axis = 0; axis < 2; ++axis) {

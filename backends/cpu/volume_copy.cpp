@@ -72,7 +72,7 @@ struct Run {
     int begin, end;
 };
 
-/// Along the fast axis, over `width` neighbouring lines in the direction `across`.
+/// What is occupied along the fast axis, of `width` neighbouring lines in the direction `across`.
 Run occupied_run(const BrickMap& map, const MemoryOrder& order, int slow, int middle, int across, int width) {
     Run run{map.bricks[order.fast], 0};
     int at[3];
@@ -175,7 +175,7 @@ const From* source_at(const VoxelSource& source, const MemoryOrder& order, int s
            (fast - source.begin[order.fast]) * source.stride[order.fast];
 }
 
-/// Two layers of bricks, where source and copy have the same fast axis.
+/// Fills two layers of bricks, where source and copy have the same fast axis.
 template <class To, class From>
 void VolumeCopy::fill_rows(const VoxelSource& source, const BrickMap& map, int slow_brick) {
     const int last_brick = std::min(slow_brick + 2, map.bricks[order_.slow]);

@@ -6,18 +6,21 @@
 #include "backends/gl/gl_backend.h"
 
 // How the OpenGL engines are built, bottom up:
-//   api          the functions of EGL and OpenGL in a table, looked up at run time: the program starts without them
-//   displays     EGL devices (hardware first), else the surfaceless and the default display
-//   context      a headless 4.5 core context; `Current` makes it current for a while; errors and resets become Error
-//   devices      the list that `raylign info` shows, and the choice by index or name
-//   handles      OpenGL objects: move-only, labelled
-//   programs     shaders/ (put into the program by CMake), #include, errors with file and line
-//   shared       structs that shaders and host share, from one file; frame_data fills them from RayFrames, in double
+//   api              the functions of EGL and OpenGL in a table, looked up at run time: the program starts without them
+//   displays         EGL devices (hardware first), else the surfaceless and the default display
+//   context          a headless 4.5 core context; `Current` makes it current for a while; errors become Error
+//   devices          the list that `raylign info` shows, and the choice by index or name
+//   handles          OpenGL objects: move-only, labelled
+//   programs         shaders/ (put into the program by CMake), #include, errors with file and line
+//   shared           structs that shaders and host share, from one file
+//   frame_data       fills them from RayFrames, in double
 //   volume_textures  the volume as layers across x, y, z (joseph) or as a 3-D texture (trilinear), made when asked for
 //   scene_buffers    what does not change: sizes, taps, views
-//   pipeline     gl: cast, filter, weighted sums, totals, in compute shaders; batches cut into chunks (chunks,
-//   stage_clock) paper_*      gl-2006: the same by slices, blending and reductions in fragment shaders gl_session,
-//   gl_backend   the interface of core/backend.h
+//   chunks           cuts batches so that no submission takes long
+//   stage_clock      seconds per stage
+//   pipeline         gl: cast, filter, weighted sums, totals, in compute shaders
+//   paper_*          gl-2006: the same by slices, blending and reductions in fragment shaders
+//   gl_session, gl_backend   the interface of core/backend.h
 // Geometry comes from core as RayFrames in double; floats begin at positions near the volume. Sums leave in double.
 
 namespace raylign::detail::gl {

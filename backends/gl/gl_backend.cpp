@@ -108,9 +108,10 @@ std::vector<GlDevice> gl_devices(std::string& problem) {
     std::vector<GlDevice> devices;
     try {
         for (const gl::DeviceEntry& entry : gl::list_devices(gl::load_api())) {
-            const gl::Device& of = entry.device;
-            devices.push_back({entry.index, entry.name, of.vendor, of.version, of.node, of.software,
-                               of.limits.texture_3d, of.limits.texture_layers, of.limits.memory_bytes, entry.problem});
+            const gl::Device& device = entry.device;
+            devices.push_back({entry.index, entry.name, device.vendor, device.version, device.node, device.software,
+                               device.limits.texture_3d, device.limits.texture_layers, device.limits.memory_bytes,
+                               entry.problem});
         }
     } catch (const Error& error) {
         problem = error.what();

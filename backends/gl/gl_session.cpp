@@ -94,12 +94,12 @@ void GlSession::accumulate(std::span<const RayFrame> frames, std::span<const Ray
         const std::span<const double> found = pipeline_->run(frames, derivatives);
         const std::size_t channels = channel_count();
         for (std::size_t i = 0; i < sums.size(); ++i) {
-            const double* of = &found[i * kJacobianCount];
-            sums[i].moments = moments_of(fixed_sums_[frames[i / channels].view * channels + i % channels], of);
-            std::copy_n(of + 3, 6, sums[i].jacobian.begin());
-            std::copy_n(of + 9, 6, sums[i].fixed_jacobian.begin());
-            std::copy_n(of + 15, 6, sums[i].moving_jacobian.begin());
-            std::copy_n(of + 21, 21, sums[i].jacobian_jacobian.begin());
+            const double* own = &found[i * kJacobianCount];
+            sums[i].moments = moments_of(fixed_sums_[frames[i / channels].view * channels + i % channels], own);
+            std::copy_n(own + 3, 6, sums[i].jacobian.begin());
+            std::copy_n(own + 9, 6, sums[i].fixed_jacobian.begin());
+            std::copy_n(own + 15, 6, sums[i].moving_jacobian.begin());
+            std::copy_n(own + 21, 21, sums[i].jacobian_jacobian.begin());
         }
         counters_.bytes_to_host += found.size_bytes();
     });

@@ -202,7 +202,7 @@ void PaperPipeline::reduce_by_passes(const View& view, std::size_t result) {
     put_result(*from, size_px, result);
 }
 
-/// The last step, into the pixel of this result.
+/// Draws the last step, into the pixel of this result.
 void PaperPipeline::put_result(const Target& from, const Eigen::Vector2i& size_px, std::size_t result) {
     const Gl& gl = context_.gl();
     const bool mipmap = options_.reduction != Reduction::passes;

@@ -128,7 +128,7 @@ void Pipeline::need_work(const Job& job, std::size_t frames) {
     }
 }
 
-/// The read-back: mapped once, written by the device, read after a fence.
+/// The read-back is mapped once, written by the device and read after a fence.
 void Pipeline::need_sums(std::size_t count) {
     if (sums_capacity_ >= count) return;
     const std::size_t bytes = count * sizeof(double);

@@ -19,7 +19,7 @@ Buffer filled(Context& context, std::string_view label, const std::vector<T>& va
     return buffer;
 }
 
-/// (smoothing, derivative), with zeros before and after for strips.
+/// Pairs (smoothing, derivative), with the zeros before and after that strips need.
 std::vector<shared::vec4> taps_of(const Similarity& similarity) {
     std::vector<shared::vec4> taps(kMostTaps);
     if (similarity.metric == Metric::ncc) return taps;

@@ -150,8 +150,8 @@ protected:
         for (std::size_t i = 0; i < frames.size(); ++i) {
             const std::vector<Image> moving = detail::moving_channels(render_frame(frames[i]), similarity_);
             const std::array<Image, 6> derivative_images = render_derivatives(frames[i], derivatives[i]);
-            std::vector<std::array<Image, 6>> jacobian(
-                moving.size());  // the filter is linear: it applies to each derivative
+            // The filter is linear: it applies to each derivative.
+            std::vector<std::array<Image, 6>> jacobian(moving.size());
             for (int p = 0; p < 6; ++p) {
                 std::vector<Image> channels = detail::moving_channels(derivative_images[p], similarity_);
                 for (std::size_t c = 0; c < moving.size(); ++c) jacobian[c][p] = std::move(channels[c]);
@@ -196,8 +196,8 @@ private:
             for (int u = 0; u < size_px.x(); ++u) {
                 const Eigen::Vector3d ray = frame.ray_voxel(u, v);
                 double sum = 0;
-                Eigen::Vector3d g0 = Eigen::Vector3d::Zero(),
-                                g1 = Eigen::Vector3d::Zero();  // of grad f, of depth grad f
+                // Sums of grad f and of depth grad f.
+                Eigen::Vector3d g0 = Eigen::Vector3d::Zero(), g1 = Eigen::Vector3d::Zero();
                 const double length_mm = march(frame, ray, [&](const Eigen::Vector3d& y, double depth) {
                     const Eigen::Vector3d gradient = interpolate_gradient(volume_, y);
                     sum += interpolate(volume_, y);

@@ -112,13 +112,13 @@ std::size_t occupied(const DenseMap& map, const Cells& cells) {
     return std::unique(keys.begin(), keys.end()) - keys.begin();
 }
 
-/// Bisects (in the logarithm) for the side at which `count` cells are occupied. More cells come with smaller sides, in
-/// steps.
+/// Bisects (in the logarithm) for the side at which `count` cells are occupied. Their number rises in steps as the
+/// side shrinks.
 Cells choose_cells(const DenseMap& map, int count, const VoxelGrid& grid) {
     const Eigen::Array3d box_mm = (map.high_voxel - map.low_voxel + 1) * grid.spacing_mm.array();
     double small_mm = grid.spacing_mm.minCoeff(), large_mm = std::max(small_mm, box_mm.maxCoeff());
-    for (int i = 0; i < 16;
-         ++i) {  // halves the logarithm's range each time: 2^-16 of it is far below one cell more or less
+    // Each turn halves the logarithm's range: 2^-16 of it is far below one cell more or less.
+    for (int i = 0; i < 16; ++i) {
         const double side_mm = std::sqrt(small_mm * large_mm);
         const bool enough = occupied(map, cells_of_side(map, side_mm, grid)) >= static_cast<std::size_t>(count);
         (enough ? small_mm : large_mm) = side_mm;

@@ -16,7 +16,7 @@ struct Rod {
     double attenuation_per_mm = 0.25;  ///< titanium at about 70 keV (4.5 g/cm^3 x 0.55 cm^2/g)
 };
 
-/// Puts the rod into the volume: each voxel becomes the mixture of what it was and the rod, by the share of its 4^3 sub
+/// Puts the rod into the volume: each voxel becomes the mixture of what it was and the rod, by the share of its 4^3
 /// samples that lie inside. Parts outside the grid are lost. Throws Error for a radius or attenuation that is not
 /// positive or an end that is not finite.
 void add_rod(Volume& volume, const Rod& rod);

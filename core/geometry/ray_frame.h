@@ -13,9 +13,10 @@
 namespace raylign::detail {
 
 /// All rays of one view under one pose, in voxel coordinates: everything that an engine knows of geometry.
-/// The ray of pixel (u, v) is y(depth) = source_voxel + depth * (direction_voxel + u * step_u_voxel + v *
-/// step_v_voxel), where depth [mm] runs along the camera's z axis from 0 (source) to `depth_max_mm` (detector). The
-/// length of a ray per unit of depth is |spacing_mm .* direction(u, v)| (the direction matrix is orthonormal).
+/// The ray of pixel (u, v) is
+///   y(depth) = source_voxel + depth * (direction_voxel + u * step_u_voxel + v * step_v_voxel),
+/// where depth [mm] runs along the camera's z axis from 0 (source) to `depth_max_mm` (detector). The length of a ray
+/// per unit of depth is |spacing_mm .* direction(u, v)| (the direction matrix is orthonormal).
 struct RayFrame {
     Eigen::Vector3d source_voxel;
     Eigen::Vector3d direction_voxel;  ///< of pixel (0, 0), per mm of depth

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kCoarseSide = 512;  // px: shapes are judged on an image of about this size
 
-/// Block means of `factor`^2 pixels; unusable ones left out, NaN where none is usable.
+/// Block means of `factor`^2 pixels; unusable ones are left out, NaN where none is usable.
 Image coarse_image(const Image& image, const Image& weights, int factor) {
     Image coarse(image.width / factor, image.height / factor);
     for (int y = 0; y < coarse.height; ++y) {
@@ -39,7 +39,7 @@ struct Range {
     double low = 0, high = 0;
 };
 
-/// Between the 0.1th and 99.9th percentile of the finite pixels.
+/// The range between the 0.1th and 99.9th percentile of the finite pixels.
 Range range_of(const Image& image) {
     std::vector<float> values;
     std::ranges::copy_if(image.pixels, std::back_inserter(values), [](float v) { return std::isfinite(v); });

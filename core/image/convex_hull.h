@@ -26,8 +26,8 @@ struct Circle {
     double x = 0, y = 0, radius = 0;
 };
 
-/// The circle through the points by least squares (Kasa 1976), fitted again to the nearer 3/4 of them; empty unless 85
-/// % of all lie within 1.5 % of the radius (or 1) of it and they take up at least an eighth of its round.
+/// The circle through the points by least squares (Kasa 1976), fitted again to the nearer 3/4 of them; empty unless
+/// 85 % of all lie within 1.5 % of the radius (or 1) of it and they take up at least an eighth of its round.
 [[nodiscard]] std::optional<Circle> fit_circle(const std::vector<HullPoint>& points);
 
 /// Distance from the nearest edge, positive inside. Edges whose middle `is_open` count as far away for points inside.

@@ -25,7 +25,7 @@ void correlate_row(const Row& row, const std::vector<double>& taps, std::vector<
     for (int x = 0; x < width; ++x) out[x] = static_cast<float>(sums[x]);
 }
 
-/// Along x; beyond the image its outermost pixels repeat.
+/// Correlates along x; beyond the image its outermost pixels repeat.
 Image correlate_along_x(const Image& in, const std::vector<double>& taps) {
     const int radius = static_cast<int>(taps.size() / 2);
     Image out(in.width, in.height);
@@ -41,7 +41,7 @@ Image correlate_along_x(const Image& in, const std::vector<double>& taps) {
     return out;
 }
 
-/// Along y, likewise.
+/// Correlates along y, likewise.
 Image correlate_along_y(const Image& in, const std::vector<double>& taps) {
     Image out(in.width, in.height);
     std::vector<double> sums(in.width);

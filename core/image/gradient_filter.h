@@ -12,8 +12,8 @@ namespace raylign::detail {
 struct GradientTaps {
     int radius_px = 0;
     std::vector<double> smooth;  ///< exp(-k^2 / 2 sigma^2), k = -R..R, scaled to sum 1
-    std::vector<double>
-        derivative;  ///< k exp(-k^2 / 2 sigma^2), scaled so that sum k d_k = 1: a ramp of slope 1 gives 1
+    /// k exp(-k^2 / 2 sigma^2), scaled so that sum k d_k = 1: a ramp of slope 1 gives 1.
+    std::vector<double> derivative;
 };
 
 /// [Ino06] eq. 3-10 with unit gains, applied as a correlation: (d * f)(x) = sum_k d_k f(x + k) is positive where f

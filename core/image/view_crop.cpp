@@ -38,8 +38,8 @@ PixelBox reached_pixels(const ViewGeometry& view, const VoxelGrid& grid, const R
     Eigen::Array2d low = Eigen::Array2d::Constant(1e9), high = -low;
     for (int corner = 0; corner < 8; ++corner) {
         const Eigen::Array3d side(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-        const Eigen::Vector3d voxel =
-            side * (grid.size.cast<double>().array() + 1) - 1;  // the field ends a voxel further out
+        // The field ends a voxel further out.
+        const Eigen::Vector3d voxel = side * (grid.size.cast<double>().array() + 1) - 1;
         const Eigen::Vector2d pixel = project(view, world_from_ct * grid.ct_from_voxel(voxel));
         if (!pixel.allFinite()) return whole;
         low = low.min(pixel.array());

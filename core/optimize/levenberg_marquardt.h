@@ -18,8 +18,8 @@ struct LocalModel {
 
 /// A problem on a manifold: `step` is measured from the current base, which `accept` moves.
 struct ManifoldProblem {
-    std::function<LocalModel(const Eigen::VectorXd& step)>
-        linearize;                                            ///< the model at base + step, in coordinates around there
+    /// The model at base + step, in coordinates around there.
+    std::function<LocalModel(const Eigen::VectorXd& step)> linearize;
     std::function<void(const Eigen::VectorXd& step)> accept;  ///< base <- base + step
     int dimension = 6;
 };

@@ -113,8 +113,8 @@ void add_arch(const Maker& make, double side, double width) {
     make.ellipsoid({12 * side, 32, -15}, turn(-0.1, 0.15 * side, 0.5 * side), {3.6, 3.6, 9}, 0.9 * kCorticalPerMm);
 }
 
-/// Transverse processes, each of its own length, and the spinous process, steeper in the thoracic part (`height` 0 to
-/// 1).
+/// Transverse processes, each of its own length, and the spinous process, which is steeper in the thoracic part
+/// (`height` 0 to 1).
 void add_processes(const Maker& make, int level, double height) {
     for (const double side : {-1.0, 1.0}) {
         const double half_length = 14 + 2 * wobble(level, side > 0 ? 2 : 3) - 3 * height;
@@ -138,7 +138,7 @@ void add_vertebra(const Spine& spine, int level, std::vector<Solid>& solids) {
     add_processes(make, level, height);
 }
 
-/// Between two vertebrae, along the chord of the curve.
+/// A disc lies between two vertebrae, along the chord of the curve.
 void add_disc(const Spine& spine, int below, std::vector<Solid>& solids) {
     const RigidTransform lower = spine.ct_from_vertebra(below), upper = spine.ct_from_vertebra(below + 1);
     const RigidTransform ct_from_disc{nearest_rotation(lower.rotation + upper.rotation),
@@ -158,7 +158,7 @@ Solid rib_segment(const Eigen::Vector3d& from_ct, const Eigen::Vector3d& to_ct, 
         {axes, (from_ct + to_ct) / 2}, scale * Eigen::Vector2d(3, 5.5), (to_ct - from_ct).norm() / 2, kRibPerMm};
 }
 
-/// From the body's rear edge past the transverse process, then around the chest on an ellipse, sloping down.
+/// A rib runs from the body's rear edge past the transverse process, then around the chest on an ellipse, sloping down.
 /// `reach_rad` is where on the ellipse it ends: 0 = at the back, pi = at the sternum.
 void add_rib(const Spine& spine, int level, double side, double reach_rad, std::vector<Solid>& solids) {
     constexpr double kLeavesBackRad = 0.62;
@@ -197,8 +197,8 @@ Spine layout(const Eigen::Vector3d& extent_mm) {
     }
     const double across = std::min(1.0, extent_mm.head<2>().minCoeff() / kWidthMm);
     const double levels = std::clamp(std::round(extent_mm.z() / (kPitchMm * across)), 1.0, double{kMaxVertebrae});
-    const double pitch_mm =
-        0.95 * extent_mm.z() / levels;  // the rest is for the ends: tilted, with facets that stick out
+    // The rest is for the ends: tilted, with facets that stick out.
+    const double pitch_mm = 0.95 * extent_mm.z() / levels;
     return {extent_mm, static_cast<int>(levels), pitch_mm, std::min(across, pitch_mm / kPitchMm)};
 }
 

@@ -10,8 +10,8 @@ namespace raylign {
 using namespace detail;
 namespace {
 
-constexpr int kMaxSamplesPerAxis =
-    16;  // 4096 points a cell: quantised to 0.02 %, below what float voxels are compared at
+// 4096 points a cell: quantised to 0.02 %, below what float voxels are compared at.
+constexpr int kMaxSamplesPerAxis = 16;
 
 /// How a cell lies to a solid. `crossed` is also returned where the quick test cannot tell.
 enum class Side { outside, crossed, inside };

@@ -12,7 +12,7 @@ namespace {
 constexpr double kTuning = 2.5;
 constexpr double kMedianOfNormal = 0.6745, kMedianOfRayleigh = 1.1774;  // of |x| and of sqrt(x^2 + y^2), unit normals
 
-/// Residual of one channel: pixel by pixel added, squared, to `squares`.
+/// Adds the squared residuals of one channel to `squares`, pixel by pixel.
 void add_residuals(const Image& fixed, const Image* moving, const Image& weights, std::vector<double>& squares) {
     const MomentSums s = moment_sums(fixed, moving ? *moving : fixed, weights);
     const double fixed_mean = s.fixed / s.weight;

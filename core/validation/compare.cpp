@@ -184,7 +184,7 @@ private:
     }
 
     void derivatives() {
-        // Not the given pose, where the gradient all but vanishes: the last ones.
+        // Takes the last poses, not the given one, where the gradient all but vanishes.
         const auto count = static_cast<std::size_t>(std::clamp(options_.derivative_poses, 1, options_.poses));
         const std::span<const RigidTransform> poses = std::span(poses_).last(count);
         std::vector<Linearization> results(count);

@@ -34,9 +34,9 @@ struct ViewGeometry {
 /// supine patient. At angles 0/0 the source is posterior (+y, under the table), the detector anterior. The image is
 /// what the detector sees from the source: columns run to the patient's RIGHT, rows to the feet. (A display that puts
 /// the patient's left on the right side is mirrored against this.) A positive primary angle turns the detector to the
-/// patient's left (LAO), a positive secondary angle to the head (CRA), as DICOM (0018,1510) and (0018,1511) define
-/// them. camera_from_world = T(0, 0, sad) * B * (R_z(primary) R_x(-secondary))^T, rows of B: (-1,0,0), (0,0,-1),
-/// (0,-1,0).
+/// patient's left (LAO), a positive secondary angle to the head (CRA), as DICOM (0018,1510) and (0018,1511) say.
+///   camera_from_world = T(0, 0, sad) * B * (R_z(primary) R_x(-secondary))^T
+/// with the rows (-1,0,0), (0,0,-1), (0,-1,0) of B.
 struct CArm {
     double sad_mm = 0;  ///< source to isocentre (axis)
     double sdd_mm = 0;

@@ -21,8 +21,8 @@ namespace raylign {
 struct LandmarkSighting {
     std::size_t landmark = 0;  ///< which point of the CT
     std::size_t view = 0;
-    Eigen::Vector2d pixel =
-        Eigen::Vector2d::Zero();  ///< of the image as the view's camera has it; integers are centres
+    /// Of the image as the view's camera has it; integers are centres.
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
 struct LandmarkPose {
@@ -30,8 +30,9 @@ struct LandmarkPose {
     double rms_px = 0;                 ///< over all sightings
     double rms_mm = 0;                 ///< the same, brought to the depth of each point
     std::vector<double> residuals_px;  ///< per sighting
-    double second_rms_px = 0;  ///< of the next best, clearly different pose; infinite where there is none: a value near
-                               ///< rms_px means that the landmarks do not tell the two apart
+    /// Of the next best, clearly different pose; infinite where there is none. A value near rms_px means that the
+    /// landmarks do not tell the two apart.
+    double second_rms_px = 0;
 };
 
 /// The pose that minimises the sum of squared distances between sightings and projected landmarks (perspective n

@@ -16,8 +16,8 @@ struct Proportion {
 
 /// Wilson's score interval [Wilson 1927], p = successes / trials:
 ///   (p + z^2 / 2n -+ z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n).
-/// It stays in [0, 1] and says something for 0 and n successes, where the usual p -+ z s is empty: 20 of 20 proves 84
-/// %, 100 of 100 proves 96 %. Without trials: [0, 1]. Throws Error for more successes than trials or z that is not
+/// It stays in [0, 1] and says something for 0 and n successes, where the usual p -+ z s is empty: 20 of 20 proves
+/// 84 %, 100 of 100 proves 96 %. Without trials: [0, 1]. Throws Error for more successes than trials or z that is not
 /// positive.
 [[nodiscard]] Proportion wilson_interval(std::size_t successes, std::size_t trials, double z = kNormal95);
 

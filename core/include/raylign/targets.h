@@ -15,10 +15,11 @@ namespace raylign {
 struct TargetErrors {
     std::vector<double> tre_mm;  ///< per target: |found x - true x|
     double mtre_mm = 0;          ///< mean of tre_mm
-    std::vector<double> mpd_mm;  ///< per view: mean distance of the projections, on the detector; NaN where sdd is
-                                 ///< unknown or a target lies in the source's plane or behind it
-    std::vector<double>
-        mrpd_mm;  ///< per view: mean distance of the true point to the line from the source through the found point
+    /// Per view: mean distance of the projections, on the detector; NaN where sdd is unknown or a target lies in the
+    /// source's plane or behind it.
+    std::vector<double> mpd_mm;
+    /// Per view: mean distance of the true point to the line from the source through the found point.
+    std::vector<double> mrpd_mm;
     double mean_mrpd_mm = 0;  ///< over views; NaN without views
 };
 

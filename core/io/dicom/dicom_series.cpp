@@ -90,8 +90,8 @@ double checked_spacing_mm(const std::vector<DicomSlice>& slices, const Eigen::Ve
     std::vector<double> sorted = gaps_mm;
     std::ranges::sort(sorted);
     const double usual_mm = sorted[sorted.size() / 2];
-    const double tolerance_mm =
-        std::max(0.01, 0.02 * usual_mm);  // positions are rounded to 0.001 to 0.01 mm in many files
+    // Positions are rounded to 0.001 to 0.01 mm in many files.
+    const double tolerance_mm = std::max(0.01, 0.02 * usual_mm);
     for (std::size_t i = 0; i < gaps_mm.size(); ++i) {
         if (gaps_mm[i] > 1e-3 && std::abs(gaps_mm[i] - usual_mm) <= tolerance_mm) continue;
         const std::string between = "between " + slices[i].path.string() + " and " + slices[i + 1].path.string();

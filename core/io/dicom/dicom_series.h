@@ -16,8 +16,8 @@ struct DicomSlice {
     Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
     Eigen::Vector3d axis_x = Eigen::Vector3d::Zero(), axis_y = Eigen::Vector3d::Zero();
     Eigen::Vector2d pitch_mm = Eigen::Vector2d::Zero();
-    bool has_place =
-        false;  ///< false: position, orientation or pixel spacing is missing (a multi-frame file's are elsewhere)
+    /// false: position, orientation or pixel spacing is missing (a multi-frame file's are elsewhere).
+    bool has_place = false;
 };
 
 struct DicomSeries {

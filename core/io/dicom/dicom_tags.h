@@ -13,8 +13,8 @@ inline constexpr std::uint32_t kRowsTag = 0x00280010, kColumnsTag = 0x00280011;
 
 /// The file's top-level elements whose values are short, by (group << 16) + element; without nested ones.
 struct DicomTags {
-    std::map<std::uint32_t, std::string>
-        values;  ///< as stored, blanks and zeros at both ends removed; US and SS as text
+    /// As stored, blanks and zeros at both ends removed; US and SS as text.
+    std::map<std::uint32_t, std::string> values;
     bool has_pixels = false;
 
     [[nodiscard]] std::string text(std::uint32_t tag) const;

@@ -19,15 +19,16 @@ namespace raylign::detail {
 [[nodiscard]] std::vector<GeometryView> read_mayacam1(const std::filesystem::path& path, const GeometryHints& hints);
 
 /// RTK's ThreeDCircularProjectionGeometry. With R = Rz(-inplane) Rx(-outofplane) Ry(-gantry) and x' = R x_world:
-/// u = sdd (x' - source_x) / (sid - z') + source_x - projection_x [mm on the detector], v alike; pixel = (u -
-/// origin) / spacing of the projection images, which the file does not hold. Rows grow with +v, upwards: mirrored
-/// against the view from the source. The world is RTK's fixed frame (IEC 61217). "sid" is RTK's word for the distance
-/// of source and isocentre. Source: RTK, rtkThreeDCircularProjectionGeometry.cxx.
+///   u = sdd (x' - source_x) / (sid - z') + source_x - projection_x [mm on the detector], v alike;
+///   pixel = (u - origin) / spacing of the projection images, which the file does not hold.
+/// Rows grow with +v, upwards: mirrored against the view from the source. The world is RTK's fixed frame (IEC 61217).
+/// "sid" is RTK's word for the distance of source and isocentre.
+/// Source: RTK, rtkThreeDCircularProjectionGeometry.cxx.
 [[nodiscard]] std::vector<GeometryView> read_rtk(const std::filesystem::path& path, const GeometryHints& hints);
 
 /// The text that plastimatch's drr writes: image centre (column, row), 3x4 matrix P, sad, sid (source to detector),
-/// normal, extrinsic, intrinsic. pixel = centre + (P_1 x, P_2 x) / (P_3 x), integers are centres, rows down, world =
-/// the CT's LPS. The size is not in the file. Source: plastimatch, proj_matrix.cxx.
+/// normal, extrinsic, intrinsic. pixel = centre + (P_1 x, P_2 x) / (P_3 x), integers are centres, rows down. The world
+/// is the CT's LPS. The size is not in the file. Source: plastimatch, proj_matrix.cxx.
 [[nodiscard]] std::vector<GeometryView> read_plastimatch(const std::filesystem::path& path, const GeometryHints& hints);
 
 /// OpenCV FileStorage YAML: camera_matrix, R (3x3 or rotation vector) or rvec, T or tvec [mm], image_width and

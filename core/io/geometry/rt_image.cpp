@@ -48,8 +48,8 @@ private:
     std::string where_;
 };
 
-/// K of the stored pixels in a camera with x = receptor x, y = -receptor y: pixel_i = axis_i . (point - first pixel) /
-/// spacing.
+/// K of the stored pixels in a camera with x = receptor x, y = -receptor y:
+///   pixel_i = axis_i . (point - first pixel) / spacing.
 Eigen::Matrix3d stored_intrinsics(const DicomTags& tags, const RtReader& reader, double sdd_mm,
                                   const std::string& where) {
     const std::vector<double> spacing = reader.need(kSpacing, 2), position = reader.need(kPosition, 2);

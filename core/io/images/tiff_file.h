@@ -12,7 +12,7 @@ namespace raylign::detail {
 /// here.
 [[nodiscard]] Raster read_tiff(const std::filesystem::path& path, const std::function<void(const Raster&)>& check);
 
-/// One page per plane, uncompressed.
+/// Writes one page per plane, uncompressed.
 void write_tiff(const std::filesystem::path& path, const Raster& raster);
 
 }  // namespace raylign::detail

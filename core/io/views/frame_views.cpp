@@ -134,9 +134,9 @@ View InstantReader::make_view(std::size_t view, const FrameFile& file, RawXray r
 Instant InstantReader::read(const FrameSet& frames) {
     Instant instant;
     for (std::size_t v = 0; v < views_.views.size(); ++v) {
-        const std::string of = "view " + views_.views[v].name;
+        const std::string label = "view " + views_.views[v].name;
         if (!frames.files[v]) {
-            instant.gap = of + " has no frame " + std::to_string(frames.number);
+            instant.gap = label + " has no frame " + std::to_string(frames.number);
             return instant;
         }
         const FrameFile& file = *frames.files[v];
@@ -148,12 +148,12 @@ Instant InstantReader::read(const FrameSet& frames) {
                 instant.views.push_back(make_view(v, file, std::move(raw)));
             }
         } catch (const Error& error) {
-            instant.gap = of + ": " + error.what();
+            instant.gap = label + ": " + error.what();
             return instant;
         }
         check_size(size_px, views_.views[v], file);
         if (instant.views.back().image.empty()) {
-            instant.gap = of + ": " + name_of(file) + " is empty (all pixels have one value)";
+            instant.gap = label + ": " + name_of(file) + " is empty (all pixels have one value)";
             return instant;
         }
     }

@@ -13,8 +13,8 @@
 namespace raylign::detail {
 namespace {
 
-constexpr double kDifferenceStep_px =
-    0.25;  // of a pixel at the object: small against the filter, large against float noise
+// Of a pixel at the object: small against the filter, large against float noise.
+constexpr double kDifferenceStep_px = 0.25;
 constexpr double kMaxStep_px = 16;
 constexpr int kBobyqaEvaluations = 13;  // per iteration of the limit: what a step of the other methods costs
 

@@ -6,9 +6,10 @@
 namespace raylign::detail {
 
 /// Delete-a-group jackknife [Efron 1982; Shao and Wu 1989] over 16 groups of image blocks: with the weights of group g
-/// set to zero, one Gauss-Newton step x_g from the pose; covariance = k^2 (G - 1) / G sum_g (x_g - mean) (x_g -
-/// mean)^T. Residuals that hang together within a block (smoothed noise, other anatomy) are thereby counted once, where
-/// the inverse curvature alone would take every pixel for news. Each view's box of pixels with weight is cut into 8 x 8
+/// set to zero, one Gauss-Newton step x_g from the pose;
+///   covariance = k^2 (G - 1) / G sum_g (x_g - mean) (x_g - mean)^T.
+/// Residuals that hang together within a block (smoothed noise, other anatomy) are thereby counted once, where the
+/// inverse curvature alone would take every pixel for news. Each view's box of pixels with weight is cut into 8 x 8
 /// blocks; a group has blocks of every view, spread over the box. k = `calibration`, fitted on trials
 /// (bench/README.md). 16 linearizations on the session's level; its weights are restored.
 /// Not estimated where a group leaves too little to compare.

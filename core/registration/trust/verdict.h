@@ -11,7 +11,7 @@
 namespace raylign::detail {
 
 /// Why not to trust a result, in words for people; empty = trust it. The bounds were set on trials with known truth
-/// (bench/README.md, "knows when it failed").
+/// (bench/README.md, "Far starts, mismatch, verdict").
 [[nodiscard]] std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
                                               const RigidTransform& start, const ObjectExtent& extent);
 

@@ -31,19 +31,19 @@ TEST_F(Study, JsonHoldsTheStatisticsOfEveryCaseAndInterval) {
     ASSERT_EQ(run("out", kSmall).exit_code, 0);
     const json report = json::parse(read_text(folder.path("out/study.json")));
     ASSERT_EQ(report.at("cases").size(), 2U);
-    for (const json& of : report.at("cases")) {
-        ASSERT_EQ(of.at("intervals").size(), 2U);
-        EXPECT_EQ(of.at("overall").at("trials"), 6);
+    for (const json& study_case : report.at("cases")) {
+        ASSERT_EQ(study_case.at("intervals").size(), 2U);
+        EXPECT_EQ(study_case.at("overall").at("trials"), 6);
         for (const char* key : {"mtre_mm", "mrpd_mm", "in_plane_mm", "depth_mm", "rotation_deg", "time_s",
                                 "evaluations", "linearizations"}) {
             for (const char* p : {"p50", "p75", "p95", "p99", "max"}) {
-                EXPECT_TRUE(of.at("overall").at(key).at(p).is_number()) << key << " " << p;
+                EXPECT_TRUE(study_case.at("overall").at(key).at(p).is_number()) << key << " " << p;
             }
         }
-        const json& first = of.at("intervals").at(0);
+        const json& first = study_case.at("intervals").at(0);
         EXPECT_LE(first.at("success_low"), first.at("success_rate"));
         EXPECT_GE(first.at("success_high"), first.at("success_rate"));
-        EXPECT_TRUE(of.contains("capture_range_mm"));
+        EXPECT_TRUE(study_case.contains("capture_range_mm"));
     }
     EXPECT_EQ(report.at("cases").at(0).at("success_means").at("error"), "mRPD");
     EXPECT_EQ(report.at("cases").at(1).at("success_means").at("error"), "mTRE");
@@ -131,9 +131,9 @@ TEST_F(Study, APresetSaysWhatItLeavesOutAndCanBeOverridden) {
     const json report = json::parse(read_text(folder.path("out/study.json")));
     EXPECT_EQ(report.at("settings").at("bins"), "0:4:4");
     std::set<std::string> views, methods;
-    for (const json& of : report.at("cases")) {
-        views.insert(of.at("views").dump());
-        methods.insert(of.at("method").get<std::string>());
+    for (const json& study_case : report.at("cases")) {
+        views.insert(study_case.at("views").dump());
+        methods.insert(study_case.at("method").get<std::string>());
     }
     EXPECT_EQ(views.size(), 2U) << "single view and biplane";
     EXPECT_EQ(methods, std::set<std::string>{"steepest-descent"});

@@ -1,4 +1,4 @@
-// Voxels as int16: the error stays below the bound that volume_layout.h states.
+// Voxels as int16: the error stays below the bound that volume_layouts.h states.
 #include <algorithm>
 #include <cmath>
 

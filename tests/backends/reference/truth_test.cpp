@@ -21,8 +21,7 @@ Image render(const Volume& volume, const ViewGeometry& geometry, const RigidTran
     return make_reference_backend()->prepare({volume, {&view, 1}, settings, {}})->render(world_from_ct, 0);
 }
 
-// ---- A row of n voxels integrates to n s v
-// ----------------------------------------------------------------------------------
+// ---- A row of n voxels integrates to n s v ----
 
 /// A grid away from every convenience: rotated, shifted, anisotropic, mirrored if `mirror` is -1.
 VoxelGrid odd_grid(const Eigen::Vector3i& size, double mirror) {
@@ -90,8 +89,7 @@ TEST(ReferenceTruth, RowIntegratesToCountTimesSpacingTimesValue) {
     }
 }
 
-// ---- DRRs converge to the exact ones
-// --------------------------------------------------------------------------------------
+// ---- DRRs converge to the exact ones ----
 
 ViewGeometry small_view() {
     return view_from_c_arm({.sad_mm = 500,

@@ -24,7 +24,9 @@ TEST(Poisson, MeanVarianceAndSkewnessAreRight) {
             const double k = poisson(random, mean);
             ASSERT_TRUE(k >= 0 && k == std::floor(k)) << k;
             const double z = (k - mean) / std::sqrt(mean);
-            sum += z, squares += z * z, cubes += z * z * z;
+            sum += z;
+            squares += z * z;
+            cubes += z * z * z;
         }
         const double root = std::sqrt(static_cast<double>(kDraws)), kurtosis = 3 + 1 / mean;
         // Var z^3 = E z^6 - skew^2, E z^6 = 15 + 25 / mean + 1 / mean^2 for a Poisson number.
@@ -80,8 +82,10 @@ TEST(PhotonNoise, MeanAndVarianceFollowTheCounts) {
     const double counts = kPhotons * std::exp(-kIntegral);
     const Image noisy = with_photon_noise(Image(300, 300, kIntegral), kPhotons, 7);
     double sum = 0, squares = 0;
-    for (const float value : noisy.pixels)
-        sum += value - kIntegral, squares += (value - kIntegral) * (value - kIntegral);
+    for (const float value : noisy.pixels) {
+        sum += value - kIntegral;
+        squares += (value - kIntegral) * (value - kIntegral);
+    }
     const double pixels = 9e4, sigma = 1 / std::sqrt(counts);
     EXPECT_NEAR(sum / pixels, 1 / (2 * counts), 5 * sigma / std::sqrt(pixels));
     EXPECT_NEAR(squares / pixels, 1 / counts, 5 * std::sqrt(2.0) / counts / std::sqrt(pixels) + 3 / (counts * counts));

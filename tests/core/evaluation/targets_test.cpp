@@ -185,7 +185,10 @@ TEST(DefaultTargets, FillAHomogeneousObjectOnALattice) {
     EXPECT_GE(targets.size(), 45U);
     EXPECT_LE(targets.size(), 90U);
     Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
-    for (const Eigen::Vector3d& x_ct : targets) low = low.cwiseMin(x_ct), high = high.cwiseMax(x_ct);
+    for (const Eigen::Vector3d& x_ct : targets) {
+        low = low.cwiseMin(x_ct);
+        high = high.cwiseMax(x_ct);
+    }
     EXPECT_LT(low.maxCoeff(), -10);  // reach towards all faces
     EXPECT_GT(high.minCoeff(), 10);
     EXPECT_LT(targets_centre_mm(targets).norm(), 5);

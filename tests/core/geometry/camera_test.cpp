@@ -26,7 +26,7 @@ CArm c_arm(double primary_deg, double secondary_deg) {
             .principal_point_px = {}};
 }
 
-/// Skewed, off centre, anywhere.
+/// A view that is skewed, off centre and anywhere.
 ViewGeometry odd_view() {
     ViewGeometry view;
     view.camera = camera_from_pitch({640, 480}, 1100, {0.4, 0.5}, {300.25, 260.75});

@@ -176,8 +176,8 @@ TEST_F(GeometryFormats, RtkAtGantryZeroLooksAlongMinusZ) {
     EXPECT_EQ(view.flip, ImageFlip::rows);
 }
 
-/// [rtkThreeDCircularProjectionGeometry: GetSourcePosition] at gantry 90 the source is at R^-1 (0, 0, sid), R =
-/// Ry(-90).
+/// [rtkThreeDCircularProjectionGeometry: GetSourcePosition] at gantry 90 the source is at R^-1 (0, 0, sid) with
+/// R = Ry(-90).
 TEST_F(GeometryFormats, RtkGantryTurnsTheSourceTowardsPlusX) {
     const auto path = write("g.xml", rtk(kRtkDistances + "<GantryAngle>90</GantryAngle>"));
     EXPECT_LT((source_world_mm(read_geometry(path, kRtk).front().geometry) - Eigen::Vector3d(1000, 0, 0)).norm(), 1e-9);

@@ -86,16 +86,16 @@ TEST(RealVolume, PelvisDicomIsStackedAndDecodedFromJpeg2000) {
     const VolumeFile file = read_volume(path);
     const VoxelGrid& grid = file.volume.grid;
     EXPECT_EQ(grid.size, Eigen::Vector3i(512, 512, 20));
-    EXPECT_LT((grid.spacing_mm - Eigen::Vector3d(0.9765625, 0.9765625, 2)).norm(),
-              1e-9);  // slices are 3 mm thick, 2 mm apart
+    // Slices are 3 mm thick, 2 mm apart.
+    EXPECT_LT((grid.spacing_mm - Eigen::Vector3d(0.9765625, 0.9765625, 2)).norm(), 1e-9);
     EXPECT_LT((grid.origin_mm - Eigen::Vector3d(-249.51171875, -437.51171875, -804.5)).norm(), 1e-9);
     EXPECT_EQ(file.files.size(), 20U);
     const auto& voxels = file.volume.attenuation_per_mm;
     EXPECT_EQ(file.volume(0, 0, 10), 0);  // air
     const auto in_tissue =
         std::ranges::count_if(voxels, [](float v) { return v > attenuation(-150) && v < attenuation(150); });
-    EXPECT_GT(static_cast<double>(in_tissue) / static_cast<double>(voxels.size()),
-              0.1);                                                   // fat and muscle, if HU came out right
+    // Fat and muscle, if HU came out right.
+    EXPECT_GT(static_cast<double>(in_tissue) / static_cast<double>(voxels.size()), 0.1);
     EXPECT_GT(*std::ranges::max_element(voxels), attenuation(700));   // cortical bone
     EXPECT_LE(*std::ranges::max_element(voxels), attenuation(3072));  // 12 bits
 }

@@ -144,8 +144,8 @@ TEST(Registration, UnrelatedImagesAreDoubtful) {
     for (View& view : c.views) {
         for (float& pixel : view.image.pixels) pixel = static_cast<float>(random.uniform());
     }
-    const RegistrationResult result =
-        c.run(c.truth, {.search = {.mode = Search::none}});  // the reference engine is slow
+    // Without a search: the reference engine is slow.
+    const RegistrationResult result = c.run(c.truth, {.search = {.mode = Search::none}});
     EXPECT_FALSE(result.ok);
     ASSERT_FALSE(result.reasons.empty());
     EXPECT_NE(result.reasons.front().find("correlates weakly"), std::string::npos) << result.reasons.front();

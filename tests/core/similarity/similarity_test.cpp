@@ -69,7 +69,9 @@ TEST(Ncc, EqualsTheTwoPassFormulaWithWeights) {
     }
     for (std::size_t i = 0; i < w.pixels.size(); ++i) {
         const double da = a.pixels[i] - mean_a, db = b.pixels[i] - mean_b;
-        aa += w.pixels[i] * da * da, bb += w.pixels[i] * db * db, ab += w.pixels[i] * da * db;
+        aa += w.pixels[i] * da * da;
+        bb += w.pixels[i] * db * db;
+        ab += w.pixels[i] * da * db;
     }
     EXPECT_NEAR(normalized_cross_correlation(moment_sums(a, b, w)), ab / std::sqrt(aa * bb), kRounding);
 }

@@ -27,7 +27,7 @@ std::vector<Eigen::Vector3d> points(int count, std::uint64_t seed) {
     return list;
 }
 
-/// Anywhere, turned by any angle, with the points near the isocentre.
+/// A pose turned by any angle, with the points near the isocentre.
 RigidTransform any_pose(std::uint64_t seed) {
     Random random(seed);
     Twist twist;

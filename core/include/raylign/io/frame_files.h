@@ -17,10 +17,10 @@ struct FrameFile {
 };
 
 /// The frames that `pattern` stands for, by number:
-///   a file (multi-frame DICOM, multi-page TIFF, a stack)   its frames, from 1
-///   folder/cam1.%04d.tif                                   files with a number there; %d for any count of digits
-///   folder/cam1.*.tif                                      * and ? as in a shell; the number is the last one in the
-///   name folder                                                 all of its files that are not hidden, as by *
+///   run.dcm                a file (multi-frame DICOM, multi-page TIFF, a stack): its frames, from 1
+///   folder/cam1.%04d.tif   files with a number there; %d for any count of digits
+///   folder/cam1.*.tif      * and ? as in a shell; the number is the last one in the name
+///   folder                 all of its files that are not hidden, as by *
 /// Only the last part of the path may hold %d, * or ?. Throws Error where nothing fits, where two files have one
 /// number, or a name has none.
 [[nodiscard]] std::vector<FrameFile> list_frames(const std::filesystem::path& pattern);

@@ -36,9 +36,9 @@ struct TrajectoryRow {
 
 /// The text of an Autoscoper .tra file as it saves and loads them by default: one line a frame, the 4x4 matrix row by
 /// row, commas, mm, 16 "NaN" where there is no pose. The matrix maps Autoscoper's frame of the volume to the world of
-/// the cameras: x = columns, y = rows from the last one up, z = -slices, in mm from the outer corner, so that voxel (i,
-/// j, k) of W x H x D is at (sx (i + 1/2), sy (H - j - 1/2), -sz (k + 1/2)). `grid`: of the volume file that Autoscoper
-/// shows, without its flips. Throws Error where its axes are left-handed: no rotation says that.
+/// the cameras: x = columns, y = rows from the last one up, z = -slices, in mm from the outer corner, so that voxel
+/// (i, j, k) of W x H x D is at (sx (i + 1/2), sy (H - j - 1/2), -sz (k + 1/2)). `grid`: of the volume file that
+/// Autoscoper shows, without its flips. Throws Error where its axes are left-handed: no rotation says that.
 /// Source: Autoscoper's AutoscoperMainWindow::save_tracking_results, VolumeDescription and its ray casting kernel.
 [[nodiscard]] std::string tra_text(std::span<const std::optional<RigidTransform>> world_from_ct, const VoxelGrid& grid);
 

@@ -27,7 +27,7 @@ struct ObjectRegion {
 };
 
 struct VolumeReadOptions {
-    std::string hu_preset;        ///< name (core/image/intensity.h); "" = the default
+    std::string hu_preset;        ///< name (raylign/intensity.h); "" = the default
     bool is_attenuation = false;  ///< voxels are 1/mm already
     double hu_offset = 0;         ///< added to the stored values to get HU: -1024 for CTs stored as HU + 1024
     std::string series;           ///< DICOM folder with several series: UID, or its number in the list
