@@ -2,7 +2,6 @@
 
 #include "backends/gl/engine.h"
 #include "backends/gl/gl_session.h"
-#include "backends/gl/paper_session.h"
 #include "core/base/error.h"
 
 namespace raylign::detail {

@@ -4,23 +4,28 @@
 #include <string>
 #include <vector>
 
+#include "backends/gl/paper_pipeline.h"
 #include "backends/gl/pipeline.h"
 #include "core/backend.h"
 
 namespace raylign::detail::gl {
 
-/// A scene on a device. What is rendered on it stays there: only sums come back, as doubles in a mapped buffer.
-class GlSession final : public Session {
+/// A scene on a device. What is rendered on it stays there: only sums come back, as doubles, which a pipeline makes. To
+/// what it inherits from DeviceScene, a pipeline adds Options, run, render and upload_fixed.
+template <class AnyPipeline>
+class PipelineSession final : public Session {
 public:
-    GlSession(std::shared_ptr<Context> context, const Scene& scene, const PipelineOptions& options);
+    PipelineSession(std::shared_ptr<Context> context, const Scene& scene, const typename AnyPipeline::Options& options);
     /// Other views of the volume of `resident`.
-    GlSession(const GlSession& resident, std::span<const View> views, const Similarity& similarity);
-    ~GlSession() override;
+    PipelineSession(const PipelineSession& resident, std::span<const View> views, const Similarity& similarity);
+    ~PipelineSession() override;
 
-    [[nodiscard]] std::size_t volume_bytes() const override;
-    [[nodiscard]] std::string volume_layout() const override;
+    [[nodiscard]] std::size_t volume_bytes() const override { return pipeline_->volume_bytes(); }
+    [[nodiscard]] std::string volume_layout() const override { return pipeline_->volume_text(); }
     [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
-                                                      const Similarity& similarity) override;
+                                                      const Similarity& similarity) override {
+        return std::make_unique<PipelineSession>(*this, views, similarity);
+    }
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;
@@ -30,13 +35,22 @@ protected:
     void weights_changed() override;
 
 private:
+    template <class Make>
+    void prepare(const Make& make);
     template <class Work>
     void timed(const Work& work);
+    [[nodiscard]] MomentSums moments_of(const RayFrame& frame, std::size_t channel, const double* found) const;
 
     std::shared_ptr<Context> context_;
-    std::unique_ptr<Pipeline> pipeline_;
-    std::vector<Eigen::Vector2i> sizes_px_;
+    std::unique_ptr<AnyPipeline> pipeline_;
     std::vector<MomentSums> fixed_sums_;  ///< [view][channel], the moving ones 0
 };
+
+extern template class PipelineSession<Pipeline>;
+extern template class PipelineSession<PaperPipeline>;
+
+using GlSession = PipelineSession<Pipeline>;
+/// As in [Ino06]. The paper has no analytic derivatives, and so linearize throws Error.
+using PaperSession = PipelineSession<PaperPipeline>;
 
 }  // namespace raylign::detail::gl

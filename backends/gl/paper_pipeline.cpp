@@ -5,6 +5,7 @@
 
 #include "core/base/linear_algebra.h"
 #include "backends/gl/programs.h"
+#include "core/base/error.h"
 
 namespace raylign::detail::gl {
 namespace {
@@ -53,66 +54,45 @@ PaperPipeline::SliceRange shells(const RayFrame& frame, const VoxelGrid& grid, c
 
 PaperPipeline::PaperPipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
                              const PaperOptions& options)
-    : context_(context),
-      options_(options),
-      render_(scene.render),
-      step_mm_(trilinear_step_mm(scene.render, scene.volume.grid)),
-      channels_(channel_count(scene.similarity.metric)),
-      grid_(scene.volume.grid),
-      volume_(std::make_shared<VolumeTextures>(context, scene.volume, box_of(scene, options.crop), options.storage,
-                                               first_layout(scene, options.exact))),
-      clock_(context),
-      scene_(make_scene_buffers(context, {grid_, scene.views, scene.render, scene.similarity}, *volume_)),
-      fixed_(fixed) {
-    take_views(scene.views);
+    : DeviceScene(context, scene, fixed, {options.storage, options.exact, options.crop}), options_(options) {
+    take_views();
 }
 
-void PaperPipeline::take_views(std::span<const raylign::View> views) {
-    GLuint vertices = 0;
-    context_.gl().CreateVertexArrays(1, &vertices);
-    vertices_ = VertexArray(context_.gl(), vertices, "no vertices");
+PaperPipeline::PaperPipeline(const PaperPipeline& resident, std::span<const View> views, const Similarity& similarity,
+                             const std::vector<FixedChannels>& fixed)
+    : DeviceScene(resident, views, similarity, fixed), options_(resident.options_) {
+    take_views();
+}
+
+void PaperPipeline::take_views() {
+    vertices_ = make_vertex_array(context_.gl(), "no vertices");
     draw_ = make_storage(context_, "frame and view", sizeof(DrawData));
-    for (const raylign::View& view : views) make_view(view);
+    for (const Eigen::Vector2i& size_px : sizes_px_) make_view(size_px);
     if (!fixed_.empty()) upload_fixed();
     context_.check("preparing the scene");
 }
 
 void PaperPipeline::upload_fixed() {
     for (std::size_t v = 0; v < views_.size(); ++v) {
-        std::vector<shared::vec4> pixels;
-        for (std::size_t i = 0; i < fixed_[v].weights.pixels.size(); ++i) {
-            pixels.push_back({fixed_[v].channels[0].pixels[i], channels_ == 2 ? fixed_[v].channels[1].pixels[i] : 0,
-                              fixed_[v].weights.pixels[i]});
-        }
-        context_.gl().TextureSubImage2D(views_[v].fixed.id(), 0, 0, 0, views_[v].size_px.x(), views_[v].size_px.y(),
-                                        GL_RGBA, GL_FLOAT, pixels.data());
+        const std::vector<shared::vec4> pixels = fixed_pixels({&fixed_[v], 1});
+        context_.gl().TextureSubImage2D(views_[v].fixed.id(), 0, 0, 0, sizes_px_[v].x(), sizes_px_[v].y(), GL_RGBA,
+                                        GL_FLOAT, pixels.data());
     }
     context_.check("uploading the fixed images");
 }
 
 void PaperPipeline::begin(std::span<const RayFrame> frames) {
-    for (const RayFrame& frame : frames) {
-        if (render_.projector == Projector::trilinear) {
-            volume_->need(options_.exact ? Layout::layers_z : Layout::box);
-            continue;
-        }
-        const unsigned axes = axes_met(frame, views_[frame.view].size_px);
-        for (int axis = 0; axis < 3; ++axis) {
-            if (axes >> axis & 1) volume_->need(static_cast<Layout>(axis));
-        }
-    }
-    const Gl& gl = context_.gl();
-    bind(gl, scene_);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, kDrawBinding, draw_.id());
-    gl.BindVertexArray(vertices_.id());
-    volume_->bind();
+    need_layouts(frames, false);
+    bind_scene();
+    context_.gl().BindBufferBase(GL_UNIFORM_BUFFER, kDrawBinding, draw_.id());
+    context_.gl().BindVertexArray(vertices_.id());
 }
 
 /// What the slices of one frame are drawn with.
 void PaperPipeline::upload(const RayFrame& frame) {
-    const Eigen::Vector2i& size_px = views_[frame.view].size_px;
+    const Eigen::Vector2i& size_px = sizes_px_[frame.view];
     DrawData data;
-    data.frame = frame_data(frame, {size_px, volume_->box().first, volume_->box().size});
+    data.frame = frame_data(frame, frame_context(frame));
     data.view.size_px = {static_cast<GLuint>(size_px.x()), static_cast<GLuint>(size_px.y())};
     data.view.centre_px = {0.5F * (size_px.x() - 1), 0.5F * (size_px.y() - 1)};
     context_.gl().NamedBufferSubData(draw_.id(), 0, sizeof(data), &data);
@@ -129,16 +109,16 @@ void PaperPipeline::draw(GLuint drawn, const Target& target, int instances) {
 void PaperPipeline::cast(const RayFrame& frame) {
     const Gl& gl = context_.gl();
     upload(frame);
-    const View& view = views_[frame.view];
+    const ViewTargets& view = views_[frame.view];
     constexpr std::array<GLfloat, 4> kNothing = {0, 0, 0, 0};
     gl.ClearNamedFramebufferfv(view.drr.framebuffer.id(), GL_COLOR, 0, kNothing.data());
     gl.Enable(GL_BLEND);
     gl.BlendEquation(GL_FUNC_ADD);
     gl.BlendFunc(GL_ONE, GL_ONE);
     if (render_.projector == Projector::trilinear) {
-        cast_slices(view, 0, shells(frame, grid_, volume_->box(), step_mm_));
+        cast_slices(view, 0, shells(frame, grid_, volume_->box(), trilinear_step_mm(render_, grid_)));
     } else {
-        const unsigned axes = axes_met(frame, view.size_px);
+        const unsigned axes = axes_met(frame, sizes_px_[frame.view]);
         for (int axis = 0; axis < 3; ++axis) {
             if (axes >> axis & 1) cast_slices(view, axis, {0, volume_->box().size[axis]});
         }
@@ -146,14 +126,14 @@ void PaperPipeline::cast(const RayFrame& frame) {
     gl.Disable(GL_BLEND);
 }
 
-void PaperPipeline::cast_slices(const View& view, int axis, const SliceRange& range) {
+void PaperPipeline::cast_slices(const ViewTargets& view, int axis, const SliceRange& range) {
     const Gl& gl = context_.gl();
     const GLuint slice = program(context_, {{"quad.vert", "slice.frag"},
                                             {{"JOSEPH", render_.projector == Projector::joseph},
                                              {"EXACT", options_.exact},
                                              {"AXIS", axis},
                                              {"MAX_TAPS", kMostTaps}}});
-    const double most = context_.tuning().samples_per_ms * kDraw_ms / (1.0 * view.size_px.x() * view.size_px.y());
+    const double most = context_.tuning().samples_per_ms * kDraw_ms / view.drr.size_px.cast<double>().prod();
     const int together = static_cast<int>(std::clamp(most, 1.0, 4096.0));
     for (int first = range.first; first < range.end; first += together) {
         gl.ProgramUniform1i(slice, kFirstSlice, first);
@@ -162,7 +142,7 @@ void PaperPipeline::cast_slices(const View& view, int axis, const SliceRange& ra
     }
 }
 
-void PaperPipeline::filter(const View& view) {
+void PaperPipeline::filter(const ViewTargets& view) {
     if (channels_ == 1) return;
     const Gl& gl = context_.gl();
     gl.BindTextureUnit(kFirstUnit, view.drr.texture.id());
@@ -171,7 +151,7 @@ void PaperPipeline::filter(const View& view) {
     draw(program(context_, {{"quad.vert", "filter_columns.frag"}, {{"MAX_TAPS", kMostTaps}}}), view.gradients);
 }
 
-void PaperPipeline::reduce(const View& view, int channel, std::size_t result) {
+void PaperPipeline::reduce(const ViewTargets& view, int channel, std::size_t result) {
     const Gl& gl = context_.gl();
     const bool passes = options_.reduction == Reduction::passes;
     const GLuint products = program(context_, {{"quad.vert", "products.frag"}, {{"SIDE", passes ? 3 : 1}}});
@@ -185,7 +165,7 @@ void PaperPipeline::reduce(const View& view, int channel, std::size_t result) {
     put_result(view.products, view.products.size_px, result);
 }
 
-void PaperPipeline::reduce_by_passes(const View& view, std::size_t result) {
+void PaperPipeline::reduce_by_passes(const ViewTargets& view, std::size_t result) {
     const Gl& gl = context_.gl();
     const GLuint step = program(context_, {{"quad.vert", "reduce.frag"}, {{"MIPMAP", 0}}});
     const Target* from = &view.products;
@@ -229,40 +209,46 @@ void PaperPipeline::read_results() {
     gl.GetTextureImage(results_.texture.id(), 0, GL_RGBA, GL_FLOAT, bytes(fours), fours.data());
     gl.GetTextureImage(results_.second.id(), 0, GL_RED, GL_FLOAT, bytes(fifths), fifths.data());
     bytes_to_host_ += static_cast<std::size_t>(bytes(fours)) + bytes(fifths);
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-        sums_[i].moving = fours[i].z;
-        sums_[i].moving_moving = fours[i].w;
-        sums_[i].fixed_moving = fifths[i];
-    }
+    for (std::size_t i = 0; i < sums_.size() / kMomentCount; ++i) put_sums(i, {fours[i].z, fours[i].w, fifths[i]});
+}
+
+void PaperPipeline::put_sums(std::size_t result, const std::array<double, kMomentCount>& sums) {
+    std::ranges::copy(sums, &sums_[result * kMomentCount]);
 }
 
 /// What the reductions save: the gradient images travel, and the host adds them up.
-void PaperPipeline::sum_on_host(const View& view, std::size_t view_index, std::size_t first_result) {
+void PaperPipeline::sum_on_host(const ViewTargets& view, std::size_t view_index, std::size_t first_result) {
     const Gl& gl = context_.gl();
-    const auto pixels = static_cast<std::size_t>(view.size_px.prod());
+    const auto pixels = static_cast<std::size_t>(view.drr.size_px.prod());
     std::vector<float> packed(pixels * channels_);
     const Target& from = channels_ == 2 ? view.gradients : view.drr;
     gl.GetTextureImage(from.texture.id(), 0, channels_ == 2 ? GL_RG : GL_RED, GL_FLOAT,
                        static_cast<GLsizei>(packed.size() * sizeof(float)), packed.data());
     bytes_to_host_ += packed.size() * sizeof(float);
-    Image channel(view.size_px.x(), view.size_px.y());
+    Image channel(view.drr.size_px.x(), view.drr.size_px.y());
     for (int c = 0; c < channels_; ++c) {
         for (std::size_t i = 0; i < pixels; ++i) channel.pixels[i] = packed[i * channels_ + c];
         const FixedChannels& fixed = fixed_[view_index];
-        sums_[first_result + c] = moment_sums(fixed.channels[c], channel, fixed.weights);
+        const MomentSums sums = moment_sums(fixed.channels[c], channel, fixed.weights);
+        put_sums(first_result + c, {sums.moving, sums.moving_moving, sums.fixed_moving});
     }
 }
 
-std::span<const MomentSums> PaperPipeline::run(std::span<const RayFrame> frames) {
+std::span<const double> PaperPipeline::run(std::span<const RayFrame> frames,
+                                           std::span<const RayFrameDerivatives> derivatives) {
+    if (!derivatives.empty()) {
+        throw Error(
+            "gl-2006 has no analytic derivatives, like the paper: use --method steepest-descent, or --backend gl");
+    }
     begin(frames);
-    sums_.assign(frames.size() * channels_, {});
-    const int count = static_cast<int>(sums_.size());
+    const int count = static_cast<int>(frames.size()) * channels_;
+    sums_.assign(count * kMomentCount, 0);
     const Eigen::Vector2i wanted(std::min(count, kResultsWide), (count + kResultsWide - 1) / kResultsWide);
     if (!options_.read_images && results_.size_px != wanted) {
         results_ = make_target("sums", wanted, {GL_RGBA32F, GL_R32F});
     }
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        const View& view = views_[frames[i].view];
+        const ViewTargets& view = views_[frames[i].view];
         clock_.begin();
         cast(frames[i]);
         clock_.end(Stage::drr);
@@ -287,8 +273,8 @@ Image PaperPipeline::render(const RayFrame& frame) {
     cast(frame);
     clock_.end(Stage::drr);
     context_.wait("casting rays");
-    const View& view = views_[frame.view];
-    Image image(view.size_px.x(), view.size_px.y());
+    const ViewTargets& view = views_[frame.view];
+    Image image(view.drr.size_px.x(), view.drr.size_px.y());
     const auto bytes = static_cast<GLsizei>(image.pixels.size() * sizeof(float));
     context_.gl().GetTextureImage(view.drr.texture.id(), 0, GL_RED, GL_FLOAT, bytes, image.pixels.data());
     bytes_to_host_ += static_cast<std::size_t>(bytes);

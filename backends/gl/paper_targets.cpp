@@ -5,21 +5,6 @@
 
 namespace raylign::detail::gl {
 
-PaperPipeline::PaperPipeline(const PaperPipeline& resident, std::span<const raylign::View> views,
-                             const Similarity& similarity, const std::vector<FixedChannels>& fixed)
-    : context_(resident.context_),
-      options_(resident.options_),
-      render_(resident.render_),
-      step_mm_(resident.step_mm_),
-      channels_(channel_count(similarity.metric)),
-      grid_(resident.grid_),
-      volume_(resident.volume_),
-      clock_(resident.context_),
-      scene_(make_scene_buffers(resident.context_, {grid_, views, render_, similarity}, *volume_)),
-      fixed_(fixed) {
-    take_views(views);
-}
-
 PaperPipeline::Target PaperPipeline::make_target(std::string_view label, const Eigen::Vector2i& size_px,
                                                  const Formats& formats) {
     const Gl& gl = context_.gl();
@@ -55,24 +40,23 @@ PaperPipeline::Target PaperPipeline::make_mipmap(const Eigen::Vector2i& size_px)
     return make_target("products", whole, {GL_RGBA32F, GL_R32F, levels});
 }
 
-void PaperPipeline::make_view(const raylign::View& view) {
-    View made;
-    made.size_px = view.geometry.camera.size_px;
-    made.drr = make_target("DRR", made.size_px, {GL_R32F});
+void PaperPipeline::make_view(const Eigen::Vector2i& size_px) {
+    ViewTargets made;
+    made.drr = make_target("DRR", size_px, {GL_R32F});
     if (!fixed_.empty()) {
         made.fixed = make_texture(context_.gl(), GL_TEXTURE_2D, "fixed image");
-        context_.gl().TextureStorage2D(made.fixed.id(), 1, GL_RGBA32F, made.size_px.x(), made.size_px.y());
+        context_.gl().TextureStorage2D(made.fixed.id(), 1, GL_RGBA32F, size_px.x(), size_px.y());
         if (channels_ == 2) {
-            made.rows = make_target("image filtered along x", made.size_px, {GL_RG32F});
-            made.gradients = make_target("gradient images", made.size_px, {GL_RG32F});
+            made.rows = make_target("image filtered along x", size_px, {GL_RG32F});
+            made.gradients = make_target("gradient images", size_px, {GL_RG32F});
         }
         if (options_.reduction == Reduction::passes) {
-            const Eigen::Vector2i once = reduced(made.size_px), twice = reduced(once);
+            const Eigen::Vector2i once = reduced(size_px), twice = reduced(once);
             made.products = make_target("sums of 3 x 3", once, {GL_RGBA32F, GL_R32F});
             made.steps[0] = make_target("reduction", twice, {GL_RGBA32F, GL_R32F});
             made.steps[1] = make_target("reduction", reduced(twice), {GL_RGBA32F, GL_R32F});
         } else {
-            made.products = make_mipmap(made.size_px);
+            made.products = make_mipmap(size_px);
         }
     }
     views_.push_back(std::move(made));

@@ -15,61 +15,32 @@ constexpr GLbitfield kReadBack = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MA
 
 Pipeline::Pipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
                    const PipelineOptions& options)
-    : context_(context),
-      options_(options),
-      render_(scene.render),
-      grid_(scene.volume.grid),
-      channels_(channel_count(scene.similarity.metric)),
-      volume_(std::make_shared<VolumeTextures>(context, scene.volume, box_of(scene, options.crop), options.storage,
-                                               first_layout(scene, options.exact))),
-      clock_(context) {
-    take_views(scene.views, scene.similarity, fixed);
+    : DeviceScene(context, scene, fixed, {options.storage, options.exact, options.crop}), options_(options) {
+    take_views();
 }
 
-Pipeline::Pipeline(const Pipeline& resident, std::span<const raylign::View> views, const Similarity& similarity,
+Pipeline::Pipeline(const Pipeline& resident, std::span<const View> views, const Similarity& similarity,
                    const std::vector<FixedChannels>& fixed)
-    : context_(resident.context_),
-      options_(resident.options_),
-      render_(resident.render_),
-      grid_(resident.grid_),
-      channels_(channel_count(similarity.metric)),
-      volume_(resident.volume_),
-      clock_(resident.context_) {
-    take_views(views, similarity, fixed);
+    : DeviceScene(resident, views, similarity, fixed), options_(resident.options_) {
+    take_views();
 }
 
-void Pipeline::take_views(std::span<const raylign::View> views, const Similarity& similarity,
-                          const std::vector<FixedChannels>& fixed) {
-    for (const raylign::View& view : views) {
-        const Eigen::Vector2i size_px = view.geometry.camera.size_px;
-        views_.push_back({size_px, pixels_});
-        const std::size_t pixels = static_cast<std::size_t>(size_px.x()) * size_px.y();
-        pixels_ += pixels;
-        image_floats_ = std::max(image_floats_, pixels);
+void Pipeline::take_views() {
+    for (const Eigen::Vector2i& size_px : sizes_px_) {
+        most_px_ = most_px_.cwiseMax(size_px);
+        image_floats_ = std::max(image_floats_, static_cast<std::size_t>(size_px.x()) * size_px.y());
         strips_ = std::max<std::size_t>(strips_, size_px.x() * work_groups(size_px.y(), kStripPx));
     }
-    scene_ = make_scene_buffers(context_, {grid_, views, render_, similarity}, *volume_);
-    if (!fixed.empty()) upload_fixed(fixed);
+    if (!fixed_.empty()) upload_fixed();
     context_.check("preparing the scene");
 }
 
-void Pipeline::upload_fixed(const std::vector<FixedChannels>& fixed) {
-    std::vector<shared::vec4> pixels;
-    pixels.reserve(pixels_);
-    for (const FixedChannels& view : fixed) {
-        for (std::size_t i = 0; i < view.weights.pixels.size(); ++i) {
-            pixels.push_back(
-                {view.channels[0].pixels[i], channels_ == 2 ? view.channels[1].pixels[i] : 0, view.weights.pixels[i]});
-        }
-    }
+void Pipeline::upload_fixed() {
+    const std::vector<shared::vec4> pixels = fixed_pixels(fixed_);
     const std::size_t bytes = pixels.size() * sizeof(pixels[0]);
-    if (!fixed_) fixed_ = make_storage(context_, "fixed images", bytes);
-    context_.gl().NamedBufferSubData(fixed_.id(), 0, static_cast<GLsizeiptr>(bytes), pixels.data());
+    if (!fixed_images_) fixed_images_ = make_storage(context_, "fixed images", bytes);
+    context_.gl().NamedBufferSubData(fixed_images_.id(), 0, static_cast<GLsizeiptr>(bytes), pixels.data());
     context_.check("uploading the fixed images");
-}
-
-FrameContext Pipeline::frame_context(const RayFrame& frame) const {
-    return {views_[frame.view].size_px, volume_->box().first, volume_->box().size};
 }
 
 void Pipeline::upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives) {
@@ -92,21 +63,6 @@ void Pipeline::upload_frames(std::span<const RayFrame> frames, std::span<const R
     }
     gl.NamedBufferSubData(derivatives_.id(), 0, static_cast<GLsizeiptr>(slopes.size() * sizeof(slopes[0])),
                           slopes.data());
-}
-
-void Pipeline::need_layouts(const Job& job) {
-    if (render_.projector == Projector::trilinear) {
-        if (!options_.exact) volume_->need(Layout::box);
-        if (options_.exact || job.derivatives) volume_->need(Layout::layers_z);
-        return;
-    }
-    for (const RayFrame& frame : job.frames) {
-        if (volume_->has(Layout::layers_x) && volume_->has(Layout::layers_y) && volume_->has(Layout::layers_z)) return;
-        const unsigned axes = axes_met(frame, views_[frame.view].size_px);
-        for (int axis = 0; axis < 3; ++axis) {
-            if (axes >> axis & 1) volume_->need(static_cast<Layout>(axis));
-        }
-    }
 }
 
 std::size_t Pipeline::bytes_per_frame(const Job& job) const {
@@ -141,7 +97,7 @@ void Pipeline::need_sums(std::size_t count) {
 
 void Pipeline::bind(const Job& job) const {
     const Gl& gl = context_.gl();
-    gl::bind(gl, scene_);
+    bind_scene();
     const auto storage = [&](StorageBinding binding, const Buffer& buffer) {
         if (buffer) gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer.id());
     };
@@ -149,10 +105,9 @@ void Pipeline::bind(const Job& job) const {
     if (job.derivatives) storage(kDerivativeBinding, derivatives_);
     storage(kImageBinding, images_);
     storage(kRowBinding, rows_);
-    storage(kFixedBinding, fixed_);
+    storage(kFixedBinding, fixed_images_);
     storage(kPartialBinding, partials_);
     storage(kSumBinding, sums_);
-    volume_->bind();
 }
 
 }  // namespace raylign::detail::gl

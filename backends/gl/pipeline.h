@@ -1,16 +1,10 @@
 #pragma once
 
-#include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "backends/gl/chunks.h"
-#include "backends/gl/frame_data.h"
-#include "backends/gl/scene_buffers.h"
-#include "backends/gl/stage_clock.h"
-#include "backends/gl/volume_textures.h"
-#include "core/backend.h"
+#include "backends/gl/device_scene.h"
 
 namespace raylign::detail::gl {
 
@@ -26,37 +20,26 @@ struct PipelineOptions {
     return static_cast<GLuint>((count + size - 1) / size);
 }
 
-/// Sums that travel per (frame, channel), in double: sum w B, w B^2, w A B; with derivatives also sum w J_i, w A J_i,
-/// w B J_i (6 each) and w J_i J_j (21, i <= j).
-inline constexpr std::size_t kMomentCount = 3, kJacobianCount = 42;
-
 /// A scene on the device, and the passes over it: cast (drr.comp), filter along x (rows.comp), filter along y with the
 /// weighted sums of short strips (moments.comp, jacobian.comp), totals (total.comp). Each frame is worked on alone and
 /// each sum added up in a fixed order, so that neither the batch nor work-group shapes change a bit. The context must
 /// be current in all calls, the constructor and the destructor.
-class Pipeline {
+class Pipeline final : public DeviceScene {
 public:
+    using Options = PipelineOptions;
+
     Pipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
              const PipelineOptions& options);
-    /// Other views of the volume of `resident`, whose textures both then own.
-    Pipeline(const Pipeline& resident, std::span<const raylign::View> views, const Similarity& similarity,
+    Pipeline(const Pipeline& resident, std::span<const View> views, const Similarity& similarity,
              const std::vector<FixedChannels>& fixed);
 
     /// Sums of all frames, [frame][channel][sum], valid until the next call. No derivatives: kMomentCount each.
     [[nodiscard]] std::span<const double> run(std::span<const RayFrame> frames,
                                               std::span<const RayFrameDerivatives> derivatives);
-    [[nodiscard]] Image render(const RayFrame& frame, const Eigen::Vector2i& size_px);
-    void upload_fixed(const std::vector<FixedChannels>& fixed);
-
-    [[nodiscard]] std::size_t volume_bytes() const { return volume_->bytes(); }
-    [[nodiscard]] std::string volume_text() const { return volume_->text(); }
-    [[nodiscard]] StageSeconds collect_times() { return clock_.collect(); }
+    [[nodiscard]] Image render(const RayFrame& frame);
+    void upload_fixed();
 
 private:
-    struct View {
-        Eigen::Vector2i size_px;
-        std::size_t first_pixel = 0;
-    };
     /// One run: frames, and how many images and sums each has.
     struct Job {
         std::span<const RayFrame> frames;
@@ -69,10 +52,8 @@ private:
         int first, count;
     };
 
-    void take_views(std::span<const raylign::View> views, const Similarity& similarity,
-                    const std::vector<FixedChannels>& fixed);
+    void take_views();
     void upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives);
-    void need_layouts(const Job& job);
     void need_work(const Job& job, std::size_t frames);
     void need_sums(std::size_t count);
     [[nodiscard]] std::size_t bytes_per_frame(const Job& job) const;
@@ -85,20 +66,12 @@ private:
     void filter(const Job& job, const Chunk& chunk);
     void total(const Job& job, const Chunk& chunk);
     void bind(const Job& job) const;
-    [[nodiscard]] FrameContext frame_context(const RayFrame& frame) const;
     [[nodiscard]] double samples(const RayFrame& frame) const;
 
-    Context& context_;
     PipelineOptions options_;
-    RenderSettings render_;
-    VoxelGrid grid_;
-    std::vector<View> views_;
-    int channels_;
-    std::size_t image_floats_ = 0, strips_ = 0, pixels_ = 0;  ///< the most of a view, twice; all views' pixels
-    std::shared_ptr<VolumeTextures> volume_;                  ///< of all pipelines on this volume
-    StageClock clock_;
-    SceneBuffers scene_;
-    Buffer fixed_;
+    Eigen::Vector2i most_px_ = Eigen::Vector2i::Zero();  ///< columns and rows of the widest and of the highest view
+    std::size_t image_floats_ = 0, strips_ = 0;          ///< the most that one view has
+    Buffer fixed_images_;
     Buffer frames_, derivatives_, images_, rows_, partials_, sums_;
     std::size_t frames_capacity_ = 0, derivatives_capacity_ = 0, images_floats_ = 0, partials_floats_ = 0;
     std::size_t sums_capacity_ = 0;

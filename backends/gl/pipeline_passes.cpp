@@ -20,7 +20,7 @@ constexpr double kFitSamples = 2e6;  ///< cast to time a tile shape: some ms on 
 }  // namespace
 
 double Pipeline::samples(const RayFrame& frame) const {
-    const Eigen::Vector2i& px = views_[frame.view].size_px;
+    const Eigen::Vector2i& px = sizes_px_[frame.view];
     double planes = volume_->box().size.maxCoeff();
     if (render_.projector == Projector::trilinear) planes *= 2;
     return planes * px.x() * px.y();
@@ -55,7 +55,7 @@ void Pipeline::fit(const Job& job) {
     const Job one{job.frames.first(1), false, 1, channels_ * kMomentCount};
     need_work(one, 1);
     bind(one);
-    const int height = views_[job.frames.front().view].size_px.y();
+    const int height = sizes_px_[job.frames.front().view].y();
     const int rows = std::clamp(static_cast<int>(height * kFitSamples / frame_samples), std::min(32, height), height);
     double best_ms = 1e300;
     Tuning best = tuning;
@@ -103,7 +103,7 @@ std::span<const double> Pipeline::run(std::span<const RayFrame> frames,
     const Job job{frames, with_derivatives, with_derivatives ? std::size_t{7} : 1,
                   channels_ * (with_derivatives ? kJacobianCount : kMomentCount)};
     upload_frames(frames, derivatives);
-    need_layouts(job);
+    need_layouts(job.frames, job.derivatives);
     need_sums(frames.size() * job.sums_per_frame);
     fit(job);
     const std::vector<Chunk> chunks = chunks_of(job);
@@ -114,21 +114,23 @@ std::span<const double> Pipeline::run(std::span<const RayFrame> frames,
     for (const Chunk& chunk : chunks) run_chunk(job, chunk);
     context_.gl().MemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);
     context_.wait("adding up the sums");
+    bytes_to_host_ += frames.size() * job.sums_per_frame * sizeof(double);
     return {mapped_sums_, frames.size() * job.sums_per_frame};
 }
 
-Image Pipeline::render(const RayFrame& frame, const Eigen::Vector2i& size_px) {
+Image Pipeline::render(const RayFrame& frame) {
     const Job job{.frames = {&frame, 1}, .sums = false};
     upload_frames(job.frames, {});
-    need_layouts(job);
+    need_layouts(job.frames, job.derivatives);
     need_work(job, 1);
     bind(job);
     run_chunk(job, chunks_of(job).front());
     context_.gl().MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     context_.wait("casting rays");
-    Image image(size_px.x(), size_px.y());
-    context_.gl().GetNamedBufferSubData(images_.id(), 0, static_cast<GLsizeiptr>(image.pixels.size() * sizeof(float)),
-                                        image.pixels.data());
+    Image image(sizes_px_[frame.view].x(), sizes_px_[frame.view].y());
+    const std::size_t bytes = image.pixels.size() * sizeof(float);
+    context_.gl().GetNamedBufferSubData(images_.id(), 0, static_cast<GLsizeiptr>(bytes), image.pixels.data());
+    bytes_to_host_ += bytes;
     context_.check("reading an image");
     return image;
 }
@@ -136,7 +138,7 @@ Image Pipeline::render(const RayFrame& frame, const Eigen::Vector2i& size_px) {
 void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {
     int height = 0;
     for (const RayFrame& frame : job.frames.subspan(chunk.first, chunk.count)) {
-        height = std::max(height, views_[frame.view].size_px.y());
+        height = std::max(height, sizes_px_[frame.view].y());
     }
     clock_.begin();
     const int tile = context_.tuning().tile_y;
@@ -158,8 +160,6 @@ void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {
 void Pipeline::cast_rows(const Job& job, const Chunk& chunk, const Rows& rows) {
     const Gl& gl = context_.gl();
     const Tuning& tuning = context_.tuning();
-    int width = 0;
-    for (const View& view : views_) width = std::max(width, view.size_px.x());
     const GLuint drr = program(context_, {{"drr.comp"},
                                           {{"TILE_X", tuning.tile_x},
                                            {"TILE_Y", tuning.tile_y},
@@ -170,7 +170,7 @@ void Pipeline::cast_rows(const Job& job, const Chunk& chunk, const Rows& rows) {
     gl.UseProgram(drr);
     gl.ProgramUniform1ui(drr, kFirstFrame, static_cast<GLuint>(chunk.first));
     gl.ProgramUniform1ui(drr, kFirstRow, static_cast<GLuint>(rows.first));
-    gl.DispatchCompute(work_groups(width, tuning.tile_x), work_groups(rows.count, tuning.tile_y),
+    gl.DispatchCompute(work_groups(most_px_.x(), tuning.tile_x), work_groups(rows.count, tuning.tile_y),
                        static_cast<GLuint>(chunk.count));
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
@@ -178,17 +178,12 @@ void Pipeline::cast_rows(const Job& job, const Chunk& chunk, const Rows& rows) {
 void Pipeline::filter(const Job& job, const Chunk& chunk) {
     const Gl& gl = context_.gl();
     const auto images = static_cast<GLuint>(chunk.count * job.images_per_frame);
-    int width = 0, height = 0;
-    for (const View& view : views_) {
-        width = std::max(width, view.size_px.x());
-        height = std::max(height, view.size_px.y());
-    }
     if (channels_ == 2) {
         const GLuint rows = program(context_, {{"rows.comp"}, {{"MAX_TAPS", kMostTaps}}});
         gl.UseProgram(rows);
         gl.ProgramUniform1ui(rows, kFirstFrame, static_cast<GLuint>(chunk.first));
         gl.ProgramUniform1ui(rows, kImagesPerFrame, static_cast<GLuint>(job.images_per_frame));
-        gl.DispatchCompute(work_groups(width, 8 * kStripPx), work_groups(height, 8), images);
+        gl.DispatchCompute(work_groups(most_px_.x(), 8 * kStripPx), work_groups(most_px_.y(), 8), images);
         gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     }
     for (int channel = 0; channel < (job.derivatives ? channels_ : 1); ++channel) {
@@ -197,7 +192,7 @@ void Pipeline::filter(const Job& job, const Chunk& chunk) {
         const GLuint sums = program(context_, {{job.derivatives ? "jacobian.comp" : "moments.comp"}, defines});
         gl.UseProgram(sums);
         gl.ProgramUniform1ui(sums, kFirstFrame, static_cast<GLuint>(chunk.first));
-        gl.DispatchCompute(work_groups(width, kColumnGroup), work_groups(height, kStripPx),
+        gl.DispatchCompute(work_groups(most_px_.x(), kColumnGroup), work_groups(most_px_.y(), kStripPx),
                            static_cast<GLuint>(chunk.count));
     }
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "backends/gl/paper_session.h"
+#include "backends/gl/paper_pipeline.h"
 #include "core/base/error.h"
 #include "gl_scenes.h"
 #include "tests/support/image_compare.h"
