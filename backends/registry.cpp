@@ -46,14 +46,13 @@ Software software_for(Asked asked) { return asked == Asked::by_name ? Software::
 std::vector<Entry> entries() {
     std::vector<Entry> list;
 #ifdef RAYLIGN_WITH_GL
-    list.push_back({"gl",
-                    "OpenGL compute shaders, headless",
-                    true,
-                    [](const BackendOptions& options, Asked asked) {
-                        return make_gl_backend(options.gl, software_for(asked));
-                    },
-                    {},
-                    gl_device_statuses});
+    list.push_back(
+        {"gl",
+         "OpenGL compute shaders, headless",
+         true,
+         [](const BackendOptions& options, Asked asked) { return make_gl_backend(options.gl, software_for(asked)); },
+         {},
+         gl_device_statuses});
 #endif
 #ifdef RAYLIGN_WITH_CPU
     list.push_back({"cpu", "multithreaded SIMD ray casting (TBB + xsimd)", true,

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "raylign/backends.h"
 #include "core/base/random.h"
+#include "raylign/backends.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail::bench {

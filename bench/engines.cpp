@@ -8,8 +8,8 @@
 
 #include "bench/bench_scene.h"
 #include "core/base/error.h"
-#include "raylign/targets.h"
 #include "raylign/registration.h"
+#include "raylign/targets.h"
 
 namespace raylign::detail::bench {
 namespace {

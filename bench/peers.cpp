@@ -23,11 +23,11 @@
 #include <string>
 #include <vector>
 
-#include "raylign/backends.h"
 #include "bench/peers.h"
 #include "bench/record.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "raylign/backends.h"
 #include "raylign/io/volume.h"
 #include "tests/support/scenes.h"
 
@@ -249,15 +249,16 @@ int run(const Arguments& arguments, Record& record) {
 int main(int argc, char** argv) {
     const auto number = [&](int i, double fallback) { return argc > i ? std::atof(argv[i]) : fallback; };
     try {
-        raylign::detail::bench::Record record(argc, argv, "DRRs of other programs",
-                                      {"program", "DRR, median [ms]", "times raylign's, median", "least", "most",
-                                       "times its first render", "correlation", "largest difference, of the maximum"});
+        raylign::detail::bench::Record record(
+            argc, argv, "DRRs of other programs",
+            {"program", "DRR, median [ms]", "times raylign's, median", "least", "most", "times its first render",
+             "correlation", "largest difference, of the maximum"});
         const raylign::detail::bench::Arguments arguments{.volume = argc > 1 ? argv[1] : "256",
-                                                  .pixels = static_cast<int>(number(2, 256)),
-                                                  .threads = static_cast<int>(number(3, 2)),
-                                                  .poses = static_cast<int>(number(4, 21)),
-                                                  .rounds = static_cast<int>(number(6, 3)),
-                                                  .spread_deg = number(5, 180)};
+                                                          .pixels = static_cast<int>(number(2, 256)),
+                                                          .threads = static_cast<int>(number(3, 2)),
+                                                          .poses = static_cast<int>(number(4, 21)),
+                                                          .rounds = static_cast<int>(number(6, 3)),
+                                                          .spread_deg = number(5, 180)};
         return raylign::detail::bench::run(arguments, record);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_peers: %s\n", error.what());

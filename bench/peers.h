@@ -5,8 +5,8 @@
 #include <string>
 
 #include "raylign/camera.h"
-#include "raylign/rigid_transform.h"
 #include "raylign/image.h"
+#include "raylign/rigid_transform.h"
 #include "raylign/volume.h"
 
 namespace raylign::detail::bench {

@@ -255,7 +255,7 @@ int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
         raylign::detail::bench::Record record(argc, argv, "Ratios of the cpu engine",
-                                      {"one : other", "one [ms]", "other [ms]", "ratio, median"});
+                                              {"one : other", "one [ms]", "other [ms]", "ratio, median"});
         raylign::detail::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3), record);
         return 0;
     } catch (const raylign::Error& error) {

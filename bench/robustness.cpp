@@ -26,15 +26,15 @@
 #include <vector>
 
 #include "bench/record.h"
-#include "raylign/backends.h"
 #include "core/base/error.h"
-#include "core/evaluation/mismatch.h"
 #include "core/base/random.h"
-#include "raylign/simulate.h"
-#include "raylign/targets.h"
+#include "core/evaluation/mismatch.h"
 #include "core/image/region.h"
+#include "raylign/backends.h"
 #include "raylign/io/volume.h"
 #include "raylign/registration.h"
+#include "raylign/simulate.h"
+#include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail::bench {

@@ -75,9 +75,9 @@ int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
         raylign::detail::bench::Record record(argc, argv, "DRRs of two engines",
-                                      {"engine", "threads", "DRR, median [ms]", "times as fast"});
+                                              {"engine", "threads", "DRR, median [ms]", "times as fast"});
         return raylign::detail::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256),
-                                   number(4, 256), number(5, 9), record);
+                                           number(4, 256), number(5, 9), record);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_speedup: %s\n", error.what());
         return 2;

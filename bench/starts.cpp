@@ -13,12 +13,12 @@
 #include <vector>
 
 #include "bench/record.h"
-#include "raylign/backends.h"
 #include "core/base/error.h"
-#include "raylign/simulate.h"
-#include "raylign/targets.h"
+#include "raylign/backends.h"
 #include "raylign/io/volume.h"
 #include "raylign/registration.h"
+#include "raylign/simulate.h"
+#include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail::bench {

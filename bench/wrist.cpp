@@ -14,12 +14,12 @@
 #include <sstream>
 
 #include "bench/record.h"
-#include "raylign/start.h"
-#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "raylign/targets.h"
+#include "raylign/backends.h"
 #include "raylign/registration.h"
+#include "raylign/start.h"
+#include "raylign/targets.h"
 #include "tests/support/wrist.h"
 
 namespace raylign::detail::bench {

@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "core/geometry/camera.h"
 #include "core/base/error.h"
+#include "core/geometry/camera.h"
 
 namespace raylign {
 using namespace detail;
@@ -57,8 +57,8 @@ constexpr double kFarthestSource_voxels = 1e9;
 void check_source(const RayFrame& frame) {
     const double farthest = frame.source_voxel.cwiseAbs().maxCoeff();
     if (frame.source_voxel.allFinite() && farthest <= kFarthestSource_voxels) return;
-    throw bad_value("distance between source and volume", vector_text(frame.source_voxel) + " voxels", "below 1e9 voxels",
-                    "pose " + std::to_string(frame.pose) + ", view " + std::to_string(frame.view));
+    throw bad_value("distance between source and volume", vector_text(frame.source_voxel) + " voxels",
+                    "below 1e9 voxels", "pose " + std::to_string(frame.pose) + ", view " + std::to_string(frame.view));
 }
 
 constexpr std::size_t kChunk = 4096;

@@ -3,18 +3,18 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/bench/measure.h"
+#include "apps/report_page/page_files.h"
+#include "apps/report_page/report_page.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/machine.h"
 #include "apps/shared/manifest.h"
 #include "apps/shared/progress_bar.h"
-#include "apps/report_page/report_page.h"
-#include "apps/report_page/page_files.h"
 #include "apps/study/options.h"
 #include "core/base/error.h"
-#include "raylign/version.h"
 #include "core/io/files/output.h"
+#include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {

@@ -1,19 +1,19 @@
 #include <algorithm>
 #include <iostream>
 
-#include "apps/shared/commands.h"
 #include "apps/compare/report.h"
+#include "apps/report_page/report_page.h"
+#include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/progress_bar.h"
-#include "apps/report_page/report_page.h"
-#include "apps/study/simulated_views.h"
 #include "apps/study/options.h"
+#include "apps/study/simulated_views.h"
 #include "core/base/error.h"
-#include "raylign/targets.h"
 #include "core/io/files/output.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
+#include "raylign/targets.h"
 
 namespace raylign::detail::apps {
 namespace {

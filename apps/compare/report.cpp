@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "raylign/version.h"
 #include "apps/shared/manifest.h"
+#include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {

@@ -1,12 +1,12 @@
 #include <array>
 #include <iostream>
 
-#include "apps/shared/commands.h"
 #include "apps/geometry/summary.h"
+#include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "core/base/error.h"
-#include "raylign/io/geometry.h"
 #include "core/io/files/output.h"
+#include "raylign/io/geometry.h"
 #include "raylign/io/views.h"
 
 namespace raylign::detail::apps {

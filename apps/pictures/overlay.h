@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "raylign/image.h"
 #include "core/io/images/png.h"
+#include "raylign/image.h"
 #include "raylign/io/image.h"
 
 namespace raylign::detail::apps {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "raylign/image.h"
 #include "core/io/images/png.h"
+#include "raylign/image.h"
 #include "raylign/io/image.h"
 
 namespace raylign::detail::apps {

@@ -1,17 +1,17 @@
 #include <iostream>
 
+#include "apps/pictures/overlay.h"
+#include "apps/register/flags.h"
+#include "apps/register/inputs.h"
+#include "apps/register/report.h"
+#include "apps/register/summary.h"
+#include "apps/report_page/report_page.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/manifest.h"
-#include "apps/pictures/overlay.h"
 #include "apps/shared/progress_bar.h"
-#include "apps/register/flags.h"
-#include "apps/register/inputs.h"
-#include "apps/register/summary.h"
-#include "apps/register/report.h"
-#include "apps/report_page/report_page.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 #include "raylign/io/pose.h"
@@ -31,9 +31,7 @@ std::vector<std::string> output_file_names(const std::vector<View>& views) {
 RegistrationResult run_with_progress(const RegisterInputs& inputs, const RegistrationOptions& options, Backend& backend,
                                      ProgressBar::Show show) {
     ProgressBar bar(show);
-    const auto report = [&bar](const RegistrationProgress& progress) {
-        bar.draw(progress_line(progress));
-    };
+    const auto report = [&bar](const RegistrationProgress& progress) { bar.draw(progress_line(progress)); };
     RegistrationResult result = register_volume(inputs.volume, inputs.views, inputs.start_world_from_ct, options,
                                                 backend, {.on_progress = report, .stop = interrupt_token()});
     stop_if_interrupted();  // what was found until then is no reason to replace an older result

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "raylign/start.h"
 #include "core/base/error.h"
 #include "raylign/io/landmarks.h"
 #include "raylign/io/pose.h"

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "raylign/io/views.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/volume.h"
-#include "raylign/io/views.h"
 
 namespace raylign::detail::apps {
 

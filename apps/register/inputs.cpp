@@ -4,9 +4,9 @@
 
 #include "apps/register/first_guess.h"
 #include "apps/shared/interrupt.h"
-#include "raylign/targets.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
+#include "raylign/targets.h"
 
 namespace raylign::detail::apps {
 namespace {

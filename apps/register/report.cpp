@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "raylign/version.h"
 #include "core/io/files/output.h"
+#include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/shared/options.h"
 #include "apps/register/inputs.h"
-#include "raylign/targets.h"
+#include "apps/shared/options.h"
 #include "raylign/registration.h"
+#include "raylign/targets.h"
 
 namespace raylign::detail::apps {
 

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "raylign/view.h"
 #include "raylign/io/image.h"
+#include "raylign/view.h"
 
 namespace raylign::detail::apps {
 

@@ -1,7 +1,7 @@
 #include "apps/shared/help.h"
 
-#include "raylign/version.h"
 #include "raylign/intensity.h"
+#include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {

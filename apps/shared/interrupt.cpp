@@ -3,7 +3,6 @@
 #include <atomic>
 #include <csignal>
 
-
 namespace raylign::detail::apps {
 namespace {
 

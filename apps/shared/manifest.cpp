@@ -17,11 +17,11 @@ std::string json_text(const Json& json) { return json.dump(-1, ' ', false, Json:
 std::string machine_json() {
     const Machine machine = this_machine();
     return json_text({{"host", machine.host},
-                    {"processor", machine.processor},
-                    {"cores", machine.cores},
-                    {"memory_bytes", machine.memory_bytes},
-                    {"system", machine.system},
-                    {"compiler", machine.compiler}});
+                      {"processor", machine.processor},
+                      {"cores", machine.cores},
+                      {"memory_bytes", machine.memory_bytes},
+                      {"system", machine.system},
+                      {"compiler", machine.compiler}});
 }
 
 std::string inputs_json(const std::vector<std::filesystem::path>& files) {
@@ -34,10 +34,10 @@ std::string inputs_json(const std::vector<std::filesystem::path>& files) {
 
 std::string backend_json(const BackendInfo& info) {
     return json_text({{"name", info.name},
-                    {"summary", info.summary},
-                    {"device", info.device},
-                    {"threads", info.threads},
-                    {"instruction_set", info.instruction_set}});
+                      {"summary", info.summary},
+                      {"device", info.device},
+                      {"threads", info.threads},
+                      {"instruction_set", info.instruction_set}});
 }
 
 }  // namespace raylign::detail::apps

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/shared/manifest.h"
-#include "raylign/version.h"
 #include "core/io/files/output.h"
+#include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {

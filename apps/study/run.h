@@ -3,8 +3,8 @@
 #include <functional>
 #include <string>
 
-#include "apps/study/ranks.h"
 #include "apps/study/journal.h"
+#include "apps/study/ranks.h"
 
 namespace raylign::detail::apps {
 

@@ -4,9 +4,9 @@
 #include "apps/study/simulated_views.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "raylign/simulate.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
+#include "raylign/simulate.h"
 
 namespace raylign::detail::apps {
 namespace {

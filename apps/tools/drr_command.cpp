@@ -1,17 +1,17 @@
 #include <algorithm>
 #include <iostream>
 
+#include "apps/pictures/picture.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
-#include "apps/pictures/picture.h"
 #include "core/base/error.h"
-#include "raylign/simulate.h"
+#include "core/io/files/output.h"
 #include "core/io/images/png.h"
 #include "raylign/io/image.h"
-#include "core/io/files/output.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
+#include "raylign/simulate.h"
 
 namespace raylign::detail::apps {
 namespace {

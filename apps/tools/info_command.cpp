@@ -1,9 +1,9 @@
 #include <iostream>
 
+#include "apps/register/report.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "raylign/version.h"
-#include "apps/register/report.h"
 
 namespace raylign::detail::apps {
 namespace {

@@ -1,15 +1,15 @@
 #include <algorithm>
 #include <iostream>
 
-#include "core/base/linear_algebra.h"
+#include "apps/register/flags.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
-#include "apps/register/flags.h"
 #include "apps/track/pictures.h"
 #include "apps/track/report.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
 #include "core/io/files/output.h"
 
 namespace raylign::detail::apps {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "apps/shared/options.h"
-#include "raylign/joint_motion.h"
 #include "raylign/io/frames.h"
+#include "raylign/joint_motion.h"
 #include "raylign/tracking.h"
 
 namespace raylign::detail::apps {

@@ -10,8 +10,8 @@
 
 #include "apps/shared/manifest.h"
 #include "core/base/error.h"
-#include "raylign/version.h"
 #include "core/io/files/output.h"
+#include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/track/joint_table.h"
 #include "apps/report_page/report_page.h"
+#include "apps/track/joint_table.h"
 #include "apps/track/run.h"
 #include "raylign/backends.h"
 

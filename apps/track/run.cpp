@@ -69,9 +69,9 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
             const auto track_begin = Clock::now();
             std::vector<TrajectoryRow> rows;
             for (std::size_t i = 0; i < trackers.size(); ++i) {
-                rows.push_back({inputs.objects[i].name, instant.gap.empty()
-                                                            ? trackers[i].feed(set.number, instant.views, {.stop = stop})
-                                                            : trackers[i].skip(set.number, instant.gap)});
+                rows.push_back({inputs.objects[i].name,
+                                instant.gap.empty() ? trackers[i].feed(set.number, instant.views, {.stop = stop})
+                                                    : trackers[i].skip(set.number, instant.gap)});
                 stop_if_asked();  // a frame that was not finished is none
             }
             record.track_s += seconds_since(track_begin);

@@ -62,9 +62,9 @@ const KernelTable& choose_kernels(std::optional<InstructionSet> wanted) {
     for (const KernelEntry& entry : kEntries) {
         if (wanted ? *wanted != entry.set : !entry.available()) continue;
         if (entry.available()) return *entry.kernels;
-        throw Error("instruction set " + std::string(instruction_set_name(entry.set)) +
-                        ": this processor does not have it",
-                    ErrorKind::unavailable);
+        throw Error(
+            "instruction set " + std::string(instruction_set_name(entry.set)) + ": this processor does not have it",
+            ErrorKind::unavailable);
     }
     throw Error("instruction set " + std::string(instruction_set_name(*wanted)) + ": this build has no kernels for it",
                 ErrorKind::unavailable);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/linear_algebra.h"
 #include "backends/gl/programs.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
 
 namespace raylign::detail::gl {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "core/base/error.h"
 #include "core/evaluation/dense_part.h"
-#include "raylign/targets.h"
 #include "raylign/intensity.h"
+#include "raylign/targets.h"
 
 namespace raylign {
 using namespace detail;

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <string>
 
-#include "core/evaluation/poisson.h"
 #include "core/base/error.h"
+#include "core/evaluation/poisson.h"
 
 namespace raylign {
 using namespace detail;

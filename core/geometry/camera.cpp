@@ -5,9 +5,9 @@
 #include <numbers>
 #include <string>
 
+#include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/geometry/camera.h"
-#include "core/base/error.h"
 
 namespace raylign {
 using namespace detail;

@@ -220,7 +220,7 @@ AutoMask mask_frame(const Image& intensities, const Image& weights, double least
     mask.weights = weights_inside(intensities, factor, margin,
                                   [&](const HullPoint& p) { return depth_in_hull(piece.hull, p, is_open); });
     mask.decisions.push_back(text_of("field of ", sides, sides == 1 ? " straight side" : " straight sides",
-                                  " within the image, outside it ", percent(mask.weights)));
+                                     " within the image, outside it ", percent(mask.weights)));
     return mask;
 }
 
@@ -270,7 +270,7 @@ AutoMask mask_clipped(const Image& intensities, double max_representable) {
     if (zeros == 0 && !use_top) return {};
     AutoMask mask{weights_without(clipped, intensities, intensities, 1, 1), {}};
     mask.decisions.push_back(text_of(use_top ? saturated : 0, " saturated and ", zeros,
-                                  " zero pixels, with 1 px around them ", percent(mask.weights)));
+                                     " zero pixels, with 1 px around them ", percent(mask.weights)));
     return mask;
 }
 

@@ -70,8 +70,8 @@ void exclude_outside(const Image& field, XrayConversion& result) {
     for (std::size_t i = 0; i < field.pixels.size(); ++i) result.weights.pixels[i] *= field.pixels[i];
     const auto outside = static_cast<double>(std::ranges::count(field.pixels, 0.0F));
     result.decisions.push_back(text_of("field of view: the dark border and 2 px within it, ",
-                                    100 * outside / static_cast<double>(field.pixels.size()),
-                                    " % of the pixels, are outside and get weight 0"));
+                                       100 * outside / static_cast<double>(field.pixels.size()),
+                                       " % of the pixels, are outside and get weight 0"));
 }
 
 Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, bool has_dark_frame,
@@ -79,8 +79,8 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
     if (raw.relation_sign != 0 || raw.relation == IntensityRelation::linear) {
         const bool is_less = raw.relation_sign < 0;
         decisions.push_back(text_of("polarity: bone ", is_less ? "bright" : "dark",
-                                 raw.relation_sign != 0 ? ", by PixelIntensityRelationshipSign (0028,1041)"
-                                                        : ", as PixelIntensityRelationship (0028,1040) is LIN"));
+                                    raw.relation_sign != 0 ? ", by PixelIntensityRelationshipSign (0028,1041)"
+                                                           : ", as PixelIntensityRelationship (0028,1040) is LIN"));
         return is_less ? Polarity::bone_bright : Polarity::bone_dark;
     }
     if (raw.monochrome1) {
@@ -88,7 +88,7 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
         return Polarity::bone_dark;
     }
     const std::string numbers = text_of(100 * e.low_share, " % of the pixels at the dark end (", e.low, "), ",
-                                     100 * e.high_share, " % at the bright end (", e.high, ")");
+                                        100 * e.high_share, " % at the bright end (", e.high, ")");
     if (has_dark_frame && e.high_share >= kLeastAirShare) {
         decisions.push_back(
             "polarity: bone dark, as air gathers at the bright end; the dark border is round or "
@@ -104,7 +104,7 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
     }
     const bool air_is_bright = e.high_share >= dark_air_share;
     decisions.push_back(text_of("polarity: bone ", air_is_bright ? "dark" : "bright", ", as air gathers at the ",
-                             air_is_bright ? "bright" : "dark", " end: ", numbers));
+                                air_is_bright ? "bright" : "dark", " end: ", numbers));
     return air_is_bright ? Polarity::bone_dark : Polarity::bone_bright;
 }
 
@@ -113,7 +113,7 @@ IntensityKind settle_kind(const RawXray& raw, const IntensitySettings& settings,
     if (raw.relation == IntensityRelation::linear || raw.relation == IntensityRelation::logarithmic) {
         const bool is_linear = raw.relation == IntensityRelation::linear;
         decisions.push_back(text_of("kind: ", is_linear ? "transmission" : "line integral up to a factor",
-                                 ", as PixelIntensityRelationship (0028,1040) is ", is_linear ? "LIN" : "LOG"));
+                                    ", as PixelIntensityRelationship (0028,1040) is ", is_linear ? "LIN" : "LOG"));
         return is_linear ? IntensityKind::transmission : IntensityKind::line_integral;
     }
     if (raw.relation == IntensityRelation::display) {
@@ -136,7 +136,8 @@ double settle_i0(const IntensitySettings& settings, std::vector<float>& intensit
     }
     const double i0 = percentile(intensities, kI0Percentile);
     if (!(i0 > 0)) {
-        throw bad_value("open-beam intensity I0 (99.5th percentile)", text_of(i0), "positive; give intensity.i0", where);
+        throw bad_value("open-beam intensity I0 (99.5th percentile)", text_of(i0), "positive; give intensity.i0",
+                        where);
     }
     decisions.push_back(text_of("I0 = ", i0, ", the 99.5th percentile of the pixels in use"));
     return i0;
@@ -150,7 +151,7 @@ void make_intensities(Image& image, const RawXray& raw, Polarity polarity, const
     const auto top = static_cast<float>(has_top ? raw.max_representable : *std::ranges::max_element(values));
     for (float& value : image.pixels) value = top - value;
     decisions.push_back(text_of("inverted: intensity = ", top, " - pixel (",
-                             has_top ? "largest value of the pixel type" : "largest pixel", ")"));
+                                has_top ? "largest value of the pixel type" : "largest pixel", ")"));
 }
 
 void take_log(Image& image, double i0, double floor_intensity, std::vector<std::string>& decisions) {
@@ -186,7 +187,7 @@ void apply_frame_and_marks(const RawXray& raw, const Image& intensities, bool ha
         const auto shut = static_cast<double>(std::ranges::count(raw.shutter.pixels, 0.0F));
         apply_mask({raw.shutter,
                     {text_of("shutter and collimator by the file's tags, ",
-                          100 * shut / static_cast<double>(raw.shutter.pixels.size()), " % of the pixels")}},
+                             100 * shut / static_cast<double>(raw.shutter.pixels.size()), " % of the pixels")}},
                    where, result);
     }
     if (!has_frame) apply_mask(mask_frame(intensities, result.weights), where, result);
@@ -242,8 +243,8 @@ void convert_line_integral(const RawXray& raw, const IntensitySettings& settings
     if (polarity == Polarity::automatic && (raw.relation_sign != 0 || raw.relation == IntensityRelation::logarithmic)) {
         polarity = raw.relation_sign < 0 ? Polarity::bone_bright : Polarity::bone_dark;
         result.decisions.push_back(text_of("polarity: bone ", raw.relation_sign < 0 ? "bright" : "dark", ", by ",
-                                        raw.relation_sign != 0 ? "PixelIntensityRelationshipSign (0028,1041)"
-                                                               : "PixelIntensityRelationship (0028,1040)"));
+                                           raw.relation_sign != 0 ? "PixelIntensityRelationshipSign (0028,1041)"
+                                                                  : "PixelIntensityRelationship (0028,1040)"));
     } else if (polarity == Polarity::automatic) {
         polarity = raw.monochrome1 ? Polarity::bone_dark : Polarity::bone_bright;
         result.decisions.emplace_back(raw.monochrome1 ? "polarity: bone dark, as the image is MONOCHROME1"

@@ -1,5 +1,5 @@
-#include "core/geometry/camera.h"
 #include "core/image/pyramid.h"
+#include "core/geometry/camera.h"
 
 #include <algorithm>
 

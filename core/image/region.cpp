@@ -94,8 +94,8 @@ VoxelBox box_of_points_mm(const VoxelGrid& grid, std::span<const Eigen::Vector3d
     const Eigen::Vector3d begin = low.array().floor().max(0).min(size.array());
     const Eigen::Vector3d end = (high.array().ceil() + 1).max(0).min(size.array());
     if (!(begin.array() < end.array()).all()) {
-        throw Error("the box from " + point_text(grid.ct_from_voxel(low)) + " to " + point_text(grid.ct_from_voxel(high)) +
-                    " mm is outside the CT: " + extent_text(grid));
+        throw Error("the box from " + point_text(grid.ct_from_voxel(low)) + " to " +
+                    point_text(grid.ct_from_voxel(high)) + " mm is outside the CT: " + extent_text(grid));
     }
     return {begin.cast<int>(), end.cast<int>()};
 }
@@ -119,8 +119,9 @@ VoxelBox box_of_object(const Volume& volume) {
 Volume crop(const Volume& volume, const VoxelBox& box) {
     const bool is_inside = (box.begin.array() >= 0).all() && (box.end.array() <= volume.grid.size.array()).all();
     if (!is_inside || !(box.begin.array() < box.end.array()).all()) {
-        throw Error("box of voxels from " + point_text(box.begin.cast<double>()) + " to " + point_text(box.end.cast<double>()) +
-                    ": must not be empty and lie within 0 to " + point_text(volume.grid.size.cast<double>()));
+        throw Error("box of voxels from " + point_text(box.begin.cast<double>()) + " to " +
+                    point_text(box.end.cast<double>()) + ": must not be empty and lie within 0 to " +
+                    point_text(volume.grid.size.cast<double>()));
     }
     Volume part;
     part.grid = volume.grid;

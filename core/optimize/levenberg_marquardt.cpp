@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
 
 namespace raylign::detail {
 namespace {

@@ -119,7 +119,11 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     if (options.render.projector != volume.render().projector || options.render.step_mm != volume.render().step_mm) {
         throw Error("render settings: must be those that the volume was made resident with");
     }
-    Run run{volume, views, options, control, extent_about(volume.extent(), options.rotation_centre_ct_mm),
+    Run run{volume,
+            views,
+            options,
+            control,
+            extent_about(volume.extent(), options.rotation_centre_ct_mm),
             start_world_from_ct};
     RegistrationResult& result = run.result;
     result.start_world_from_ct = start_world_from_ct;

@@ -66,7 +66,7 @@ Linearization detail::linearize_view(std::span<const JacobianSums> channels) {
 }
 
 JacobianSums detail::jacobian_sums(const Image& fixed, const Image& moving, std::span<const Image, 6> jacobian,
-                           const Image& weights) {
+                                   const Image& weights) {
     JacobianSums sums;
     sums.moments = moment_sums(fixed, moving, weights);
     for (std::size_t p = 0; p < fixed.pixels.size(); ++p) {

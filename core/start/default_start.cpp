@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
 
 namespace raylign {
 using namespace detail;

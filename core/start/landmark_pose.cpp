@@ -8,8 +8,8 @@
 #include <optional>
 #include <set>
 
-#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
 
 namespace raylign {
 using namespace detail;

@@ -158,7 +158,7 @@ std::vector<RegistrationOptions> Tracker::State::wider(const RegistrationOptions
 }
 
 Attempt Tracker::State::attempt(const RegistrationOptions& options, const TrackFrame& so_far,
-                                  std::span<const View> views, const RunControl& control) {
+                                std::span<const View> views, const RunControl& control) {
     Attempt made;
     const RigidTransform& prediction = so_far.predicted_world_from_ct;
     try {
@@ -178,7 +178,7 @@ Attempt Tracker::State::attempt(const RegistrationOptions& options, const TrackF
 }
 
 void Tracker::State::search_wider(Attempt& best, TrackFrame& found, std::span<const View> views,
-                           const RunControl& control) {
+                                  const RunControl& control) {
     if (control.stop.stop_requested()) return;
     if (failures_ >= kHopeless && failures_ % kRetry != 0) return;
     const RegistrationOptions first = first_options();

@@ -8,9 +8,9 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "raylign/targets.h"
 #include "core/validation/compare_scene.h"
 #include "core/validation/differences.h"
+#include "raylign/targets.h"
 
 namespace raylign::detail {
 namespace {
@@ -255,8 +255,8 @@ private:
         for (int i = 0; i < options_.registrations; ++i) {
             const RigidTransform start =
                 perturbed_start(given_, targets_, options_.start_mtre_mm, Random(options_.seed + 1 + i).bits());
-            const RegistrationResult found =
-                register_volume(volume_, small_views_, start, options, *backends_[engine_].backend, {.stop = options_.stop});
+            const RegistrationResult found = register_volume(volume_, small_views_, start, options,
+                                                             *backends_[engine_].backend, {.stop = options_.stop});
             if (found.termination == Termination::stopped) throw Stopped{};
             const RigidTransform& oracle = is_oracle() ? found.world_from_ct : oracle_poses_[i];
             const double mtre_mm = mean_target_error_mm(found.world_from_ct, oracle, targets_);

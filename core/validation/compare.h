@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "raylign/registration.h"
 #include "core/validation/tolerances.h"
+#include "raylign/registration.h"
 
 namespace raylign::detail {
 

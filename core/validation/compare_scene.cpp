@@ -4,8 +4,8 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "raylign/targets.h"
 #include "core/image/pyramid.h"
+#include "raylign/targets.h"
 
 namespace raylign::detail::validation {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "raylign/image.h"
 #include "core/similarity/linearization.h"
+#include "raylign/image.h"
 
 namespace raylign::detail::validation {
 

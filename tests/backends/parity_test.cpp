@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "raylign/targets.h"
 #include "raylign/registration.h"
+#include "raylign/targets.h"
 #include "tests/support/backends.h"
 #include "tests/support/image_compare.h"
 #include "tests/support/scenes.h"

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "raylign/simulate.h"
-#include "raylign/targets.h"
 #include "raylign/io/volume.h"
 #include "raylign/registration.h"
+#include "raylign/simulate.h"
+#include "raylign/targets.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/test_data.h"

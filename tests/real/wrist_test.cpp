@@ -7,8 +7,8 @@
 
 #include <numbers>
 
-#include "raylign/targets.h"
 #include "raylign/registration.h"
+#include "raylign/targets.h"
 #include "tests/support/backends.h"
 #include "tests/support/test_data.h"
 

@@ -7,8 +7,8 @@
 #include <sstream>
 #include <string>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
+#include "raylign/backends.h"
 
 namespace raylign::detail::test {
 
@@ -39,12 +39,12 @@ inline std::string test_name(std::string name) {
 
 /// Makes the backend `wanted` into `variable`; skips with the reason where it cannot run here, or fails where it is
 /// required.
-#define RAYLIGN_MAKE_BACKEND(variable, wanted)                                                          \
-    std::unique_ptr<raylign::Backend> variable;                                                         \
-    try {                                                                                               \
+#define RAYLIGN_MAKE_BACKEND(variable, wanted)                                                                  \
+    std::unique_ptr<raylign::Backend> variable;                                                                 \
+    try {                                                                                                       \
         variable = raylign::create_backend(wanted, raylign::detail::test::parity_options(wanted)).backend;      \
-    } catch (const raylign::Error& error) {                                                             \
+    } catch (const raylign::Error& error) {                                                                     \
         if (raylign::detail::test::is_required(wanted)) FAIL() << (wanted) << " is required: " << error.what(); \
-        GTEST_SKIP() << error.what();                                                                   \
-    }                                                                                                   \
+        GTEST_SKIP() << error.what();                                                                           \
+    }                                                                                                           \
     ASSERT_EQ(variable->info().name, wanted) << "another backend than the one asked for ran"

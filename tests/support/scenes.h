@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "raylign/simulate.h"
 #include "raylign/camera.h"
-#include "raylign/view.h"
 #include "raylign/phantom.h"
+#include "raylign/simulate.h"
+#include "raylign/view.h"
 
 namespace raylign::detail::test {
 

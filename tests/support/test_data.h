@@ -18,8 +18,8 @@ inline bool skips_are_failures() { return std::getenv("RAYLIGN_REQUIRE_DATA") !=
 }  // namespace raylign::detail::test
 
 /// Skips (or fails, see above) a test whose real data is not there, with the reason.
-#define RAYLIGN_NEED_DATA(path)                                                             \
-    if (!std::filesystem::exists(path)) {                                                   \
+#define RAYLIGN_NEED_DATA(path)                                                                     \
+    if (!std::filesystem::exists(path)) {                                                           \
         if (raylign::detail::test::skips_are_failures()) FAIL() << "missing test data: " << (path); \
-        GTEST_SKIP() << "missing test data: " << (path);                                    \
+        GTEST_SKIP() << "missing test data: " << (path);                                            \
     }

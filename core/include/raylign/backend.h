@@ -99,8 +99,9 @@ public:
     [[nodiscard]] virtual std::unique_ptr<Session> with_views(std::span<const View> views,
                                                               const Similarity& similarity) = 0;
 
-    /// Calls turn(i) for every i in [0, count), on the threads that the backend works with on the host; in order where it
-    /// has none. For work beside the rendering: no second pool of threads competes. Turns must not depend on each other.
+    /// Calls turn(i) for every i in [0, count), on the threads that the backend works with on the host; in order where
+    /// it has none. For work beside the rendering: no second pool of threads competes. Turns must not depend on each
+    /// other.
     virtual void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn);
 
     [[nodiscard]] std::size_t view_count() const { return views_.size(); }
@@ -121,7 +122,8 @@ protected:
     /// Sums for every frame: sums[frame * channel_count() + channel]. Frames are pose-major.
     virtual void accumulate(std::span<const detail::RayFrame> frames, std::span<detail::MomentSums> sums) = 0;
     /// The same with derivatives, one set per frame.
-    virtual void accumulate(std::span<const detail::RayFrame> frames, std::span<const detail::RayFrameDerivatives> derivatives,
+    virtual void accumulate(std::span<const detail::RayFrame> frames,
+                            std::span<const detail::RayFrameDerivatives> derivatives,
                             std::span<detail::JacobianSums> sums) = 0;
     virtual Image render_frame(const detail::RayFrame& frame) = 0;
     /// The weights in fixed() have changed: engines that keep copies renew them.

@@ -18,11 +18,11 @@ enum class Interpolation {
     hardware,  ///< by the texture units: fast, with 8-bit fractions on GPUs
     exact,     ///< in the shader, in float
 };
-[[nodiscard]] std::string_view storage_name(Storage storage);                     ///< "float32", "int16"
-[[nodiscard]] std::string_view instruction_set_name(InstructionSet set);          ///< "sse2", "avx2", "avx512", "neon"
-[[nodiscard]] std::string_view interpolation_name(Interpolation interpolation);   ///< "hardware", "exact"
-[[nodiscard]] Storage storage_from_name(std::string_view name);                   ///< these three throw Error, listing
-[[nodiscard]] InstructionSet instruction_set_from_name(std::string_view name);    ///< the valid names
+[[nodiscard]] std::string_view storage_name(Storage storage);                    ///< "float32", "int16"
+[[nodiscard]] std::string_view instruction_set_name(InstructionSet set);         ///< "sse2", "avx2", "avx512", "neon"
+[[nodiscard]] std::string_view interpolation_name(Interpolation interpolation);  ///< "hardware", "exact"
+[[nodiscard]] Storage storage_from_name(std::string_view name);                  ///< these three throw Error, listing
+[[nodiscard]] InstructionSet instruction_set_from_name(std::string_view name);   ///< the valid names
 [[nodiscard]] Interpolation interpolation_from_name(std::string_view name);
 
 /// The multithreaded SIMD backend.
@@ -89,10 +89,10 @@ struct BackendStatus {
     std::string name;
     std::string summary;
     bool available = false;
-    std::string reason;                                 ///< why it cannot run; empty if it can
-    BackendInfo info = {};                              ///< with default options, if it can run
+    std::string reason;                                       ///< why it cannot run; empty if it can
+    BackendInfo info = {};                                    ///< with default options, if it can run
     std::vector<InstructionSetStatus> instruction_sets = {};  ///< of a CPU engine, best first
-    std::vector<DeviceStatus> devices = {};             ///< of a GPU engine
+    std::vector<DeviceStatus> devices = {};                   ///< of a GPU engine
 };
 
 /// All backends of this build, best first; "reference" last.

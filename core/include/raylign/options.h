@@ -50,7 +50,7 @@ struct RegistrationOptions {
     Method method = Method::automatic;
     Similarity similarity;  ///< filter: as wide as given on the finest level, narrower on coarser ones
     RenderSettings render;
-    std::optional<int> levels;           ///< resolutions, each half the next; default: until images are about 32 px; in [1, 8]
+    std::optional<int> levels;  ///< resolutions, each half the next; default: until images are about 32 px; in [1, 8]
     int max_iterations_per_level = 100;  ///< in [1, 10000]
     Content content = Content::automatic;
     SearchOptions search;
@@ -58,7 +58,8 @@ struct RegistrationOptions {
     /// Where the result is doubtful, find out whether the images fit far better mirrored, and say so among the reasons:
     /// up to seven more registrations. Not where there is a time limit.
     bool suspect_mirrored = true;
-    std::optional<double> time_limit_s;  ///< then the best pose so far is returned, as doubtful; default: none; positive
+    std::optional<double>
+        time_limit_s;  ///< then the best pose so far is returned, as doubtful; default: none; positive
     /// Default: the object's centre (centroid of the attenuation).
     std::optional<Eigen::Vector3d> rotation_centre_ct_mm;
 };

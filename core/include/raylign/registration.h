@@ -21,9 +21,10 @@ struct RegistrationProgress {
 /// How a run is watched and stopped. A run that is stopped returns the best pose until then, as doubtful, with
 /// Termination::stopped: nothing that was found is thrown away.
 struct RunControl {
-    std::function<void(const RegistrationProgress&)> on_progress;  ///< called after each step, in the run's thread; may be empty
-    StopToken stop;                                                ///< asked before every batch of evaluations
-    std::function<void()> meanwhile;                               ///< called there, too: for an event loop; may be empty
+    std::function<void(const RegistrationProgress&)>
+        on_progress;                  ///< called after each step, in the run's thread; may be empty
+    StopToken stop;                   ///< asked before every batch of evaluations
+    std::function<void()> meanwhile;  ///< called there, too: for an event loop; may be empty
 };
 
 /// Finds world_from_ct at which the DRRs of the volume match the views' images, starting from `start_world_from_ct`.

@@ -69,7 +69,8 @@ struct Confidence {
 struct RegistrationResult {
     RigidTransform world_from_ct;
     RigidTransform start_world_from_ct;
-    Eigen::Vector3d rotation_centre_ct_mm = Eigen::Vector3d::Zero();  ///< what the pose is turned about: the object's centre
+    Eigen::Vector3d rotation_centre_ct_mm =
+        Eigen::Vector3d::Zero();  ///< what the pose is turned about: the object's centre
     /// Of the finest level; stopped and time_limit: the best pose until then.
     Termination termination = Termination::converged;
     Metric metric = Metric::gc;

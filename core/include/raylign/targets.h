@@ -37,10 +37,11 @@ struct TargetErrors {
 /// Mean of the targets. Throws Error for no targets.
 [[nodiscard]] Eigen::Vector3d targets_centre_mm(std::span<const Eigen::Vector3d> targets_mm);
 
-/// Default targets: centres of voxels of the object's dense part (above 200 HU where at least 1000 voxels are, else above half of the densest), spread evenly: the
-/// dense part's bounding box is cut into cubic cells and each cell gives its dense voxel nearest to the cell's centre.
-/// The cells' side is chosen so that about `count` of them hold dense voxels; where there are fewer voxels, fewer
-/// targets come back. Deterministic. Throws Error for count outside [1, 10000] and where no voxel is positive.
+/// Default targets: centres of voxels of the object's dense part (above 200 HU where at least 1000 voxels are, else
+/// above half of the densest), spread evenly: the dense part's bounding box is cut into cubic cells and each cell gives
+/// its dense voxel nearest to the cell's centre. The cells' side is chosen so that about `count` of them hold dense
+/// voxels; where there are fewer voxels, fewer targets come back. Deterministic. Throws Error for count outside [1,
+/// 10000] and where no voxel is positive.
 [[nodiscard]] std::vector<Eigen::Vector3d> default_targets_ct_mm(const Volume& volume, int count = 100);
 
 /// A random rigid offset start = exp_about(scale * twist, centre_world) * truth, scaled so that its mTRE over the

@@ -20,7 +20,7 @@ struct TrackOptions {
     Search recovery = Search::automatic;
     /// Largest believable distance from the prediction, at the rim, in (0, 1000]; default: by itself (Tracker).
     std::optional<double> max_jump_mm;
-    double frame_step = 1;   ///< numbers between two frames that follow each other; positive
+    double frame_step = 1;  ///< numbers between two frames that follow each other; positive
 
     /// What is wrong with them; "" = nothing.
     [[nodiscard]] std::string problem() const;
@@ -70,7 +70,8 @@ public:
     Tracker& operator=(Tracker&&) noexcept;
 
     /// The next frame; every view needs an image. Throws Error for frame numbers that do not grow and bad views. Where
-    /// the caller stops it, the frame's status is stopped and the tracker is as before: the same frame may be fed again.
+    /// the caller stops it, the frame's status is stopped and the tracker is as before: the same frame may be fed
+    /// again.
     TrackFrame feed(int frame, std::span<const View> views, const RunControl& control = {});
 
     /// The next frame has no images; `reason` says why.

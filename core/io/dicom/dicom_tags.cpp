@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint32_t kUndefinedLength = 0xffffffff, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
                         kSequenceEnd = 0xfffee0dd;
 constexpr std::uint32_t kTransferSyntax = 0x00020010, kPixelData = 0x7fe00010;
-constexpr std::uint32_t kSamples = 0x00280002, kBitsAllocated = 0x00280100,
-                        kFrames = 0x00280008, kIntensitySign = 0x00281041;
+constexpr std::uint32_t kSamples = 0x00280002, kBitsAllocated = 0x00280100, kFrames = 0x00280008,
+                        kIntensitySign = 0x00281041;
 constexpr std::uint32_t kLongestKept = 1 << 16;  // bytes: angles of every frame of a long run; icons are longer
 constexpr int kDeepest = 32;                     // sequences within sequences
 
@@ -122,8 +122,8 @@ private:
     }
 
     std::string value_text(const Element& element, const Encoding& encoding) {
-        const bool is_us =
-            element.tag == kRowsTag || element.tag == kColumnsTag || element.tag == kSamples || element.tag == kBitsAllocated;
+        const bool is_us = element.tag == kRowsTag || element.tag == kColumnsTag || element.tag == kSamples ||
+                           element.tag == kBitsAllocated;
         if (is_us && element.length == 2) return std::to_string(integer(2, encoding.is_big_endian));
         if (element.tag == kIntensitySign && element.length == 2) {
             return std::to_string(static_cast<std::int16_t>(integer(2, encoding.is_big_endian)));

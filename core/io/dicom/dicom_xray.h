@@ -1,7 +1,7 @@
 #pragma once
 
-#include "raylign/intensity.h"
 #include "core/io/dicom/dicom_tags.h"
+#include "raylign/intensity.h"
 
 namespace raylign::detail {
 

@@ -3,12 +3,12 @@
 
 #include "core/base/error.h"
 #include "core/io/dicom/dicom_tags.h"
+#include "core/io/files/text.h"
 #include "core/io/geometry/dicom_orientation.h"
 #include "core/io/geometry/dicom_xray_tags.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/rt_image.h"
 #include "core/io/geometry/stored_projection.h"
-#include "core/io/files/text.h"
 
 namespace raylign::detail {
 namespace {

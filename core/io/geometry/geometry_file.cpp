@@ -4,9 +4,9 @@
 
 #include "core/base/error.h"
 #include "core/io/files/file_format.h"
+#include "core/io/files/text.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/number_text_reader.h"
-#include "core/io/files/text.h"
 
 namespace raylign {
 using namespace detail;

@@ -2,10 +2,10 @@
 #include <cstdio>
 
 #include "core/base/error.h"
+#include "core/io/files/text.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/number_text_reader.h"
 #include "core/io/geometry/stored_projection.h"
-#include "core/io/files/text.h"
 
 namespace raylign {
 using namespace detail;

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "core/base/error.h"
-#include "core/io/geometry/stored_projection.h"
 #include "core/io/files/text.h"
+#include "core/io/geometry/stored_projection.h"
 
 namespace raylign::detail {
 namespace {
@@ -88,8 +88,8 @@ GeometryView read_rt_image(const DicomTags& tags, const GeometryHints& hints, co
     const double gantry = reader.need(kGantry, 1)[0] * std::numbers::pi / 180;
     StoredProjection stored;
     stored.size_px = settled_size(
-        Eigen::Vector2i(static_cast<int>(tags.number(kColumnsTag, 0)), static_cast<int>(tags.number(kRowsTag, 0))), hints,
-        where);
+        Eigen::Vector2i(static_cast<int>(tags.number(kColumnsTag, 0)), static_cast<int>(tags.number(kRowsTag, 0))),
+        hints, where);
     stored.sdd_mm = sdd;
     Eigen::Matrix3d base, turn;
     base << 1, 0, 0, 0, 0, -1, 0, 1, 0;  // gantry 0: columns to the left, rows to the feet, rays to the back

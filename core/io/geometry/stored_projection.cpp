@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "core/geometry/camera.h"
-#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
+#include "core/geometry/camera.h"
 #include "core/io/files/text.h"
 
 namespace raylign::detail {

@@ -9,8 +9,8 @@
 #include "core/base/error.h"
 #include "core/io/dicom/dicom_tags.h"
 #include "core/io/dicom/dicom_xray.h"
-#include "core/io/images/raster.h"
 #include "core/io/files/text.h"
+#include "core/io/images/raster.h"
 
 namespace raylign {
 using namespace detail;

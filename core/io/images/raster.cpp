@@ -18,11 +18,11 @@
 #include <utility>
 
 #include "core/io/dicom/dicom_tags.h"
-#include "core/io/volumes/nifti_check.h"
-#include "core/io/images/quiet_itk.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
+#include "core/io/images/quiet_itk.h"
 #include "core/io/images/tiff_file.h"
+#include "core/io/volumes/nifti_check.h"
 
 namespace raylign::detail {
 namespace {

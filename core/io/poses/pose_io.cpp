@@ -12,8 +12,8 @@
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/output.h"
-#include "core/io/images/quiet_itk.h"
 #include "core/io/files/text.h"
+#include "core/io/images/quiet_itk.h"
 
 namespace raylign {
 using namespace detail;

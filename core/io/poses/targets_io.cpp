@@ -4,9 +4,9 @@
 #include "core/base/error.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
+#include "core/io/files/text.h"
 #include "core/io/poses/markups.h"
 #include "raylign/io/pose.h"
-#include "core/io/files/text.h"
 
 namespace raylign {
 using namespace detail;

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
 #include "core/io/files/text.h"
 
 namespace raylign {

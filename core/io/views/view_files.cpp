@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/io/files/text.h"
 #include "core/io/geometry/stored_projection.h"
 #include "raylign/io/image.h"
-#include "core/io/files/text.h"
 
 namespace raylign::detail {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/geometry/camera.h"
-#include "core/io/geometry/stored_projection.h"
 #include "core/io/files/text.h"
+#include "core/io/geometry/stored_projection.h"
 
 namespace raylign::detail {
 namespace {

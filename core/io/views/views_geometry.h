@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/io/files/json_node.h"
 #include "raylign/camera.h"
 #include "raylign/io/geometry.h"
-#include "core/io/files/json_node.h"
 
 namespace raylign::detail {
 

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "raylign/intensity.h"
 #include "core/io/files/text.h"
+#include "raylign/intensity.h"
 
 namespace raylign::detail {
 namespace {

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
-#include "raylign/rigid_transform.h"
-#include "raylign/intensity.h"
+#include "core/base/linear_algebra.h"
 #include "core/io/dicom/dicom_series.h"
-#include "core/io/volumes/object_region.h"
-#include "core/io/images/raster.h"
 #include "core/io/files/text.h"
+#include "core/io/images/raster.h"
+#include "core/io/volumes/object_region.h"
+#include "raylign/intensity.h"
+#include "raylign/rigid_transform.h"
 
 namespace raylign {
 using namespace detail;

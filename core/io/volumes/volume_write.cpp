@@ -1,8 +1,8 @@
 #include <cstring>
 
 #include "core/base/error.h"
-#include "core/io/images/raster.h"
 #include "core/io/files/text.h"
+#include "core/io/images/raster.h"
 #include "raylign/io/volume.h"
 
 namespace raylign {

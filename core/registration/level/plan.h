@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/image/gradient_filter.h"
+#include "core/registration/object/pose_space.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"
-#include "core/registration/object/pose_space.h"
 
 namespace raylign::detail {
 

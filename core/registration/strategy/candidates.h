@@ -3,9 +3,9 @@
 #include <span>
 #include <vector>
 
-#include "raylign/view.h"
 #include "core/registration/level/methods.h"
 #include "core/registration/level/run.h"
+#include "raylign/view.h"
 
 namespace raylign::detail {
 

@@ -10,8 +10,8 @@ namespace raylign::detail {
 /// The levels of a run as this content, coarsest first, with filters that suit it; they count towards the progress.
 [[nodiscard]] std::vector<LevelPlan> plan_run(Run& run, Content content);
 
-/// The filter of the finest level as given, or a fine one: a quarter as wide. A bone's fine edges are its own, wide ones
-/// are not.
+/// The filter of the finest level as given, or a fine one: a quarter as wide. A bone's fine edges are its own, wide
+/// ones are not.
 [[nodiscard]] GradientFilter given_filter(const Run& run);
 [[nodiscard]] GradientFilter fine_filter(const Run& run);
 
@@ -21,9 +21,10 @@ struct LevelPlace {
     Level* coarser = nullptr;  ///< the level before, still open; none on the first
 };
 
-/// Goes through the levels, coarsest first: on each, `focus` says where its images are cut to (nothing: not at all), and
-/// `step` moves the result; it returns false where finer levels are of no use. After the last level's step the result is
-/// finished on it (finish.h). Two levels are open at a time: the expected error is taken from the coarser one.
+/// Goes through the levels, coarsest first: on each, `focus` says where its images are cut to (nothing: not at all),
+/// and `step` moves the result; it returns false where finer levels are of no use. After the last level's step the
+/// result is finished on it (finish.h). Two levels are open at a time: the expected error is taken from the coarser
+/// one.
 void coarse_to_fine(Run& run, Content content, const std::vector<LevelPlan>& levels,
                     const std::function<std::optional<Focus>()>& focus,
                     const std::function<bool(Level&, const LevelPlace&)>& step);

@@ -20,10 +20,11 @@ namespace {
 constexpr std::size_t kTemplates = 2048, kJudgedNear = 128, kJudgedGlobal = 768;
 constexpr std::size_t kKeptParts = 24, kFewerParts = 16, kPartFinalists = 6;
 constexpr int kFirstJudgement_iterations = 5;
-constexpr double kHopelessMargin = 0.15;  // of cost, above the best: more than a finer level has been seen to make up for
-constexpr double kAnyMargin = 2;          // the largest difference of costs
-constexpr double kLeastTemplate_px = 5;   // of the object's thickness: a speck fits everywhere
-constexpr double kMostReach_px = 60;      // at full resolution: 900,000 places an orientation
+constexpr double kHopelessMargin =
+    0.15;                         // of cost, above the best: more than a finer level has been seen to make up for
+constexpr double kAnyMargin = 2;  // the largest difference of costs
+constexpr double kLeastTemplate_px = 5;  // of the object's thickness: a speck fits everywhere
+constexpr double kMostReach_px = 60;     // at full resolution: 900,000 places an orientation
 
 /// Of candidates in order at most `count`, none worse than the best by more than `margin`.
 void keep_best(std::vector<Candidate>& candidates, std::size_t count, double margin) {
@@ -87,11 +88,11 @@ std::vector<Candidate> template_candidates(Run& run, const LevelPlan& coarsest, 
         run.result.search.refined = static_cast<int>(candidates.size());
         run.done_work += level_work(plan);
         if (candidates.empty()) {
-            throw Error("search: no place " +
-                        (near ? "within " + fixed(range_mm(run), 0) + " mm of the start " : std::string()) +
-                        "where every view shows half of the object" +
-                        (near ? ": is the start right? A global search needs no more of it than a rough orientation"
-                              : ""));
+            throw Error(
+                "search: no place " +
+                (near ? "within " + fixed(range_mm(run), 0) + " mm of the start " : std::string()) +
+                "where every view shows half of the object" +
+                (near ? ": is the start right? A global search needs no more of it than a rough orientation" : ""));
         }
         level.report().cost_initial = level.report().cost_final = candidates.front().cost;
     });

@@ -65,8 +65,8 @@ void try_as_part(Run& run) {
         find_pose_as(run, Content::part, StartCheck::none);
     } catch (const RunStopped& stopped) {
         if (is_finished) {
-            const std::string why = stopped.why == Termination::time_limit ? "the time limit was over"
-                                                                           : "the caller stopped the run";
+            const std::string why =
+                stopped.why == Termination::time_limit ? "the time limit was over" : "the caller stopped the run";
             go_back_to(run, whole, why + " before it was registered as a part, too: " + weak);
         }
         throw;

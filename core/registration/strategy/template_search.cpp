@@ -298,8 +298,7 @@ TemplateFits poses_by_templates(Session& session, std::span<const View> views, c
     fits.tried = static_cast<std::int64_t>(all.size() * search.place_count());
     for (std::size_t i = 0; i < all.size(); i += kChunk) {
         progress(static_cast<double>(i) / static_cast<double>(all.size()));
-        const std::vector<Candidate> found =
-            search.search(std::span(all).subspan(i, std::min(kChunk, all.size() - i)));
+        const std::vector<Candidate> found = search.search(std::span(all).subspan(i, std::min(kChunk, all.size() - i)));
         fits.best.insert(fits.best.end(), found.begin(), found.end());
     }
     std::ranges::stable_sort(fits.best, {}, &Candidate::cost);

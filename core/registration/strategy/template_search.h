@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "raylign/view.h"
 #include "core/registration/strategy/candidates.h"
+#include "raylign/view.h"
 
 namespace raylign::detail {
 
@@ -33,10 +33,10 @@ struct TemplateFits {
 /// nominal place - is within the reach of a refinement. One view does not tell depth: then only places at the nominal
 /// depth are tried.
 ///
-/// Uses the session's weights and the backend's threads. Gives the `count` best, no two of one orientation closer than three spacings; the same
-/// for any number of threads; places lie farther apart than asked for where there would be more than 4 million. None
-/// where the object's centre is seen by all views at no place. `progress` is called now and then with the share done;
-/// it may throw to stop.
+/// Uses the session's weights and the backend's threads. Gives the `count` best, no two of one orientation closer than
+/// three spacings; the same for any number of threads; places lie farther apart than asked for where there would be
+/// more than 4 million. None where the object's centre is seen by all views at no place. `progress` is called now and
+/// then with the share done; it may throw to stop.
 [[nodiscard]] TemplateFits poses_by_templates(Session& session, std::span<const View> views,
                                               const RigidTransform& nominal, const ObjectExtent& extent,
                                               const TemplateRange& range, std::size_t count,

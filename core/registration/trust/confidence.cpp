@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/base/linear_algebra.h"
 #include "core/base/error.h"
+#include "core/base/linear_algebra.h"
 
 namespace raylign::detail {
 namespace {

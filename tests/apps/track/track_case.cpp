@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "raylign/simulate.h"
 #include "raylign/io/image.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
 #include "raylign/io/volume.h"
+#include "raylign/simulate.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail::test {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "raylign/view.h"
 #include "raylign/phantom.h"
+#include "raylign/view.h"
 #include "tests/apps/run_program.h"
 
 namespace raylign::detail::test {

@@ -1,9 +1,9 @@
 // The storage that a caller of the registry asks for is the one that runs, or an error.
 #include <gmock/gmock.h>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "cpu_scenes.h"
+#include "raylign/backends.h"
 
 namespace raylign::detail::test {
 namespace {

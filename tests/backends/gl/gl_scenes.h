@@ -43,12 +43,12 @@ inline std::vector<double> costs(Session& session, const std::vector<RigidTransf
 
 /// Makes `api` the functions of OpenGL and checks that a device works; skips with the reason where none does, or fails
 /// where gl is required.
-#define RAYLIGN_NEED_GL(api)                                                                \
+#define RAYLIGN_NEED_GL(api)                                                                        \
     raylign::detail::gl::Api api;                                                                   \
-    try {                                                                                   \
+    try {                                                                                           \
         api = raylign::detail::gl::load_api();                                                      \
         (void)raylign::detail::gl::open_device(api, {});                                            \
-    } catch (const raylign::Error& error) {                                                 \
+    } catch (const raylign::Error& error) {                                                         \
         if (raylign::detail::test::is_required("gl")) FAIL() << "gl is required: " << error.what(); \
-        GTEST_SKIP() << error.what();                                                       \
+        GTEST_SKIP() << error.what();                                                               \
     }

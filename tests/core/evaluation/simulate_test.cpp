@@ -1,5 +1,5 @@
-#include "core/evaluation/poisson.h"
 #include "raylign/simulate.h"
+#include "core/evaluation/poisson.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-#include "core/evaluation/dense_part.h"
 #include "raylign/targets.h"
+#include "core/evaluation/dense_part.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

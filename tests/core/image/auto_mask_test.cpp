@@ -6,10 +6,10 @@
 #include <cmath>
 #include <functional>
 
+#include "io_files.h"
 #include "raylign/intensity.h"
 #include "raylign/io/image.h"
 #include "raylign/io/views.h"
-#include "io_files.h"
 #include "tests/support/test_data.h"
 
 namespace raylign::detail {

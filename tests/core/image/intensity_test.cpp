@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "raylign/io/image.h"
 #include "io_files.h"
+#include "raylign/io/image.h"
 #include "tests/support/test_data.h"
 
 namespace raylign::detail {

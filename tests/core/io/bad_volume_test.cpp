@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "raylign/io/volume.h"
 #include "io_files.h"
+#include "raylign/io/volume.h"
 
 namespace raylign::detail {
 namespace {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "io_files.h"
 #include "raylign/io/geometry.h"
 #include "raylign/io/image.h"
 #include "raylign/io/views.h"
-#include "io_files.h"
 #include "tests/support/letter_phantom.h"
 #include "xa_files.h"
 

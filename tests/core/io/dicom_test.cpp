@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
+#include "io_files.h"
 #include "raylign/io/image.h"
 #include "raylign/io/volume.h"
-#include "io_files.h"
 
 namespace raylign::detail {
 namespace {

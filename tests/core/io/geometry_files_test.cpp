@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 
-#include "raylign/io/geometry.h"
-#include "raylign/io/views.h"
 #include "geometry_texts.h"
 #include "io_files.h"
+#include "raylign/io/geometry.h"
+#include "raylign/io/views.h"
 
 namespace raylign::detail {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "raylign/io/geometry.h"
 #include "geometry_texts.h"
 #include "io_files.h"
+#include "raylign/io/geometry.h"
 #include "tests/support/test_data.h"
 
 namespace raylign::detail {

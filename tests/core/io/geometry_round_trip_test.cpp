@@ -2,9 +2,9 @@
 
 #include <functional>
 
+#include "io_files.h"
 #include "raylign/io/geometry.h"
 #include "raylign/io/views.h"
-#include "io_files.h"
 #include "tests/support/letter_phantom.h"
 
 namespace raylign::detail {

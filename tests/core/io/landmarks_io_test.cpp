@@ -2,8 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include "raylign/io/pose.h"
 #include "io_files.h"
+#include "raylign/io/pose.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
-#include "raylign/io/volume.h"
 #include "io_files.h"
+#include "raylign/io/volume.h"
 #include "tests/support/test_data.h"
 
 namespace raylign::detail {

@@ -6,9 +6,9 @@
 #include <csignal>
 
 #include "core/io/images/png.h"
+#include "io_files.h"
 #include "raylign/io/image.h"
 #include "raylign/io/volume.h"
-#include "io_files.h"
 
 namespace raylign::detail {
 namespace {

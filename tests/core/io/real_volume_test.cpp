@@ -5,9 +5,9 @@
 #include <array>
 #include <cstring>
 
+#include "io_files.h"
 #include "raylign/io/image.h"
 #include "raylign/io/volume.h"
-#include "io_files.h"
 #include "tests/support/test_data.h"
 
 namespace raylign::detail {

@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
+#include "io_files.h"
 #include "raylign/io/image.h"
 #include "raylign/io/views.h"
-#include "io_files.h"
 #include "views_text.h"
 
 namespace raylign::detail {

@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "raylign/io/image.h"
 #include "io_files.h"
+#include "raylign/io/image.h"
 #include "views_text.h"
 
 namespace raylign::detail {

@@ -6,9 +6,9 @@
 
 #include <cmath>
 
-#include "raylign/intensity.h"
 #include "core/io/images/raster.h"
 #include "io_files.h"
+#include "raylign/intensity.h"
 
 namespace raylign::detail {
 namespace {

@@ -4,13 +4,13 @@
 
 #include <cmath>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/evaluation/mismatch.h"
-#include "raylign/targets.h"
 #include "core/image/region.h"
-#include "raylign/registration.h"
 #include "core/registration/strategy/candidates.h"
+#include "raylign/backends.h"
+#include "raylign/registration.h"
+#include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "raylign/backends.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
+#include "raylign/backends.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 

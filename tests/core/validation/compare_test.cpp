@@ -9,9 +9,9 @@
 #include <set>
 
 #include "raylign/targets.h"
+#include "tests/core/validation/faulty_backend.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
-#include "tests/core/validation/faulty_backend.h"
 
 namespace raylign::detail {
 namespace {

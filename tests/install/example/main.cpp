@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "raylign/backends.h"
-#include "raylign/targets.h"
 #include "raylign/phantom.h"
 #include "raylign/registration.h"
+#include "raylign/targets.h"
 
 int main() {
     using namespace raylign;

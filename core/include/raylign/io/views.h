@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "raylign/intensity.h"
-#include "raylign/view.h"
 #include "raylign/io/frame_files.h"
 #include "raylign/io/geometry.h"
+#include "raylign/view.h"
 
 namespace raylign {
 

@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
-#include "raylign/targets.h"
 #include "core/image/pyramid.h"
+#include "raylign/backends.h"
 #include "raylign/registration.h"
+#include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {

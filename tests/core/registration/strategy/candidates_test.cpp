@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
+#include "raylign/backends.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 

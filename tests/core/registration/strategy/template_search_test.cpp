@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "raylign/backends.h"
 #include "core/base/error.h"
 #include "core/image/region.h"
+#include "raylign/backends.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {

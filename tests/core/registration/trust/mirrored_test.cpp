@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "raylign/backends.h"
 #include "core/registration/object/resident_volume.h"
+#include "raylign/backends.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {
