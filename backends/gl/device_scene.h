@@ -27,8 +27,12 @@ struct VolumeOptions {
 /// destructor; `fixed` is the session's and must outlive this.
 class DeviceScene {
 public:
-    DeviceScene(const DeviceScene&) = delete;
-    DeviceScene& operator=(const DeviceScene&) = delete;
+    DeviceScene(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
+                const VolumeOptions& options);
+    /// Other views of the volume of `resident`, whose textures both then own.
+    DeviceScene(const DeviceScene& resident, std::span<const View> views, const Similarity& similarity,
+                const std::vector<FixedChannels>& fixed);
+    DeviceScene(DeviceScene&&) = default;
 
     [[nodiscard]] std::size_t volume_bytes() const { return volume_->bytes(); }
     [[nodiscard]] std::string volume_text() const { return volume_->text(); }
@@ -37,13 +41,6 @@ public:
     [[nodiscard]] std::size_t bytes_to_host() const { return bytes_to_host_; }
 
 protected:
-    DeviceScene(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
-                const VolumeOptions& options);
-    /// Other views of the volume of `resident`, whose textures both then own.
-    DeviceScene(const DeviceScene& resident, std::span<const View> views, const Similarity& similarity,
-                const std::vector<FixedChannels>& fixed);
-    ~DeviceScene() = default;
-
     /// Makes the layouts of the volume that the rays of `frames` run through.
     void need_layouts(std::span<const RayFrame> frames, bool derivatives);
     void bind_scene() const;

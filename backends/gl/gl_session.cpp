@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace raylign::detail::gl {
 namespace {
@@ -14,24 +15,24 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 template <class AnyPipeline>
 PipelineSession<AnyPipeline>::PipelineSession(std::shared_ptr<Context> context, const Scene& scene,
                                               const typename AnyPipeline::Options& options)
-    : Session(scene), context_(std::move(context)) {
-    prepare([&] { return std::make_unique<AnyPipeline>(*context_, scene, fixed(), options); });
+    : Session(scene), context_(std::move(context)), options_(options) {
+    prepare([&] { return DeviceScene(*context_, scene, fixed(), {options.storage, options.exact, options.crop}); });
 }
 
 template <class AnyPipeline>
 PipelineSession<AnyPipeline>::PipelineSession(const PipelineSession& resident, std::span<const View> views,
                                               const Similarity& similarity)
-    : Session(resident, views, similarity), context_(resident.context_) {
-    prepare([&] { return std::make_unique<AnyPipeline>(*resident.pipeline_, views, similarity, fixed()); });
+    : Session(resident, views, similarity), context_(resident.context_), options_(resident.options_) {
+    prepare([&] { return DeviceScene(*resident.pipeline_, views, similarity, fixed()); });
 }
 
 template <class AnyPipeline>
 template <class Make>
-void PipelineSession<AnyPipeline>::prepare(const Make& make) {
+void PipelineSession<AnyPipeline>::prepare(const Make& make_scene) {
     const auto start = Clock::now();
     fixed_sums_ = fixed_sums(fixed());
     const Current current(*context_);
-    pipeline_ = make();
+    pipeline_ = std::make_unique<AnyPipeline>(make_scene(), options_);
     timing_.prepare_s += seconds_since(start);
 }
 

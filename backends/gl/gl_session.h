@@ -10,8 +10,8 @@
 
 namespace raylign::detail::gl {
 
-/// A scene on a device. What is rendered on it stays there: only sums come back, as doubles, which a pipeline makes. To
-/// what it inherits from DeviceScene, a pipeline adds Options, run, render and upload_fixed.
+/// A scene on a device. What is rendered on it stays there: only sums come back, as doubles, which a pipeline makes: a
+/// DeviceScene that has Options and is made with them, and can run, render and upload_fixed.
 template <class AnyPipeline>
 class PipelineSession final : public Session {
 public:
@@ -36,12 +36,13 @@ protected:
 
 private:
     template <class Make>
-    void prepare(const Make& make);
+    void prepare(const Make& make_scene);
     template <class Work>
     void timed(const Work& work);
     [[nodiscard]] MomentSums moments_of(const RayFrame& frame, std::size_t channel, const double* found) const;
 
     std::shared_ptr<Context> context_;
+    typename AnyPipeline::Options options_;
     std::unique_ptr<AnyPipeline> pipeline_;
     std::vector<MomentSums> fixed_sums_;  ///< [view][channel], the moving ones 0
 };

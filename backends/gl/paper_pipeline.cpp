@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "backends/gl/programs.h"
 #include "core/base/error.h"
@@ -52,19 +53,8 @@ PaperPipeline::SliceRange shells(const RayFrame& frame, const VoxelGrid& grid, c
 
 }  // namespace
 
-PaperPipeline::PaperPipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
-                             const PaperOptions& options)
-    : DeviceScene(context, scene, fixed, {options.storage, options.exact, options.crop}), options_(options) {
-    take_views();
-}
-
-PaperPipeline::PaperPipeline(const PaperPipeline& resident, std::span<const View> views, const Similarity& similarity,
-                             const std::vector<FixedChannels>& fixed)
-    : DeviceScene(resident, views, similarity, fixed), options_(resident.options_) {
-    take_views();
-}
-
-void PaperPipeline::take_views() {
+PaperPipeline::PaperPipeline(DeviceScene scene, const PaperOptions& options)
+    : DeviceScene(std::move(scene)), options_(options) {
     vertices_ = make_vertex_array(context_.gl(), "no vertices");
     draw_ = make_storage(context_, "frame and view", sizeof(DrawData));
     for (const Eigen::Vector2i& size_px : sizes_px_) make_view(size_px);

@@ -38,10 +38,7 @@ public:
         int first, end;
     };
 
-    PaperPipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
-                  const PaperOptions& options);
-    PaperPipeline(const PaperPipeline& resident, std::span<const View> views, const Similarity& similarity,
-                  const std::vector<FixedChannels>& fixed);
+    PaperPipeline(DeviceScene scene, const PaperOptions& options);
 
     /// Sums of all frames, [frame][channel][sum], kMomentCount each, valid until the next call. Throws Error where
     /// derivatives are asked for: the paper has none.
@@ -67,7 +64,6 @@ private:
         int levels = 1;
     };
 
-    void take_views();
     [[nodiscard]] Target make_mipmap(const Eigen::Vector2i& size_px);
     void make_view(const Eigen::Vector2i& size_px);
     [[nodiscard]] Target make_target(std::string_view label, const Eigen::Vector2i& size_px, const Formats& formats);

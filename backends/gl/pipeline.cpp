@@ -1,7 +1,7 @@
 #include "backends/gl/pipeline.h"
 
 #include <algorithm>
-#include <cstring>
+#include <utility>
 
 #include "backends/gl/programs.h"
 #include "core/base/error.h"
@@ -13,19 +13,8 @@ constexpr GLbitfield kReadBack = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MA
 
 }  // namespace
 
-Pipeline::Pipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
-                   const PipelineOptions& options)
-    : DeviceScene(context, scene, fixed, {options.storage, options.exact, options.crop}), options_(options) {
-    take_views();
-}
-
-Pipeline::Pipeline(const Pipeline& resident, std::span<const View> views, const Similarity& similarity,
-                   const std::vector<FixedChannels>& fixed)
-    : DeviceScene(resident, views, similarity, fixed), options_(resident.options_) {
-    take_views();
-}
-
-void Pipeline::take_views() {
+Pipeline::Pipeline(DeviceScene scene, const PipelineOptions& options)
+    : DeviceScene(std::move(scene)), options_(options) {
     for (const Eigen::Vector2i& size_px : sizes_px_) {
         most_px_ = most_px_.cwiseMax(size_px);
         image_floats_ = std::max(image_floats_, static_cast<std::size_t>(size_px.x()) * size_px.y());

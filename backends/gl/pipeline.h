@@ -28,10 +28,7 @@ class Pipeline final : public DeviceScene {
 public:
     using Options = PipelineOptions;
 
-    Pipeline(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
-             const PipelineOptions& options);
-    Pipeline(const Pipeline& resident, std::span<const View> views, const Similarity& similarity,
-             const std::vector<FixedChannels>& fixed);
+    Pipeline(DeviceScene scene, const PipelineOptions& options);
 
     /// Sums of all frames, [frame][channel][sum], valid until the next call. No derivatives: kMomentCount each.
     [[nodiscard]] std::span<const double> run(std::span<const RayFrame> frames,
@@ -52,7 +49,6 @@ private:
         int first, count;
     };
 
-    void take_views();
     void upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives);
     void need_work(const Job& job, std::size_t frames);
     void need_sums(std::size_t count);
