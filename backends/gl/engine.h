@@ -22,6 +22,7 @@
 //   paper_*          gl-2006: the same by slices, blending and reductions in fragment shaders
 //   gl_session, gl_backend   the interface of core/backend.h
 // Geometry comes from core as RayFrames in double; floats begin at positions near the volume. Sums leave in double.
+// Both pipelines are a DeviceScene (device_scene), and one PipelineSession (gl_session) works with either.
 
 namespace raylign::detail::gl {
 
