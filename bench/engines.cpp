@@ -24,7 +24,7 @@ const BenchScene& scene(int n, int side_px) {
 
 std::unique_ptr<Session> session_for(const std::string& backend, const BenchScene& s,
                                      Projector projector = Projector::joseph) {
-    return create_backend(backend).backend->prepare({s.volume, s.views, {projector, 0}, {}});
+    return create_backend(backend).backend->prepare({s.volume, s.views, {projector, {}}, {}});
 }
 
 double images_per_pose(const BenchScene& s) { return static_cast<double>(s.views.size()); }

@@ -140,7 +140,8 @@ Image render_own(Session& session, const RigidTransform& pose, std::size_t index
 /// raylign once more, with voxels of half the size.
 Peer int16_peer(const Volume& volume, const std::vector<View>& views, int threads) {
     const std::shared_ptr<Session> session =
-        create_backend("cpu", {.threads = threads, .storage = "int16"}).backend->prepare({volume, views, {}, {}});
+        create_backend("cpu", {.cpu = {.threads = threads, .storage = Storage::int16}})
+            .backend->prepare({volume, views, {}, {}});
     return {"raylign cpu, int16 voxels", [session](const ViewGeometry&, const RigidTransform& pose) {
                 Timing timing = make_timing("", 1);
                 Image image = render_own(*session, pose, 0, timing);
@@ -224,7 +225,7 @@ int run(const Arguments& arguments, Record& record) {
     const std::vector<Peer> peers = {int16_peer(volume, views, arguments.threads),
                                      plastimatch_peer(folder.path / "volume.mha", arguments.threads),
                                      itk_peer(volume, arguments.threads)};
-    const auto backend = create_backend("cpu", {.threads = arguments.threads}).backend;
+    const auto backend = create_backend("cpu", {.cpu = {.threads = arguments.threads}}).backend;
     const auto session = backend->prepare({volume, views, {}, {}});
     const std::vector<RigidTransform> poses = random_poses(arguments.poses, arguments.spread_deg);
     for (const RigidTransform& pose : poses) (void)session->render(pose, 0);  // makes the layouts that the poses need

@@ -124,8 +124,8 @@ class Engine {
 public:
     Engine(const BenchScene& scene, int threads, Projector projector = Projector::joseph,
            const std::string& storage = "float32")
-        : session_(create_backend("cpu", {.threads = threads, .storage = storage})
-                       .backend->prepare({scene.volume, std::span(scene.views).first(1), {projector, 0}, {}})) {}
+        : session_(create_backend("cpu", {.cpu = {.threads = threads, .storage = storage_from_name(storage)}})
+                       .backend->prepare({scene.volume, std::span(scene.views).first(1), {projector, {}}, {}})) {}
 
     [[nodiscard]] Work drr() const {
         return [s = session_](const RigidTransform& pose) { return seconds([&] { (void)s->render(pose, 0); }); };
@@ -186,7 +186,7 @@ void print_small_batches(Record& record) {
         std::printf("\n%8d", batch);
         std::vector<double> each_ms;
         for (const int threads : {1, 2}) {
-            const auto session = create_backend("cpu", {.threads = threads})
+            const auto session = create_backend("cpu", {.cpu = {.threads = threads}})
                                      .backend->prepare({scene.volume, std::span(scene.views).first(1), {}, {}});
             const auto poses = poses_around(scene.truth, 256);
             std::vector<double> costs(poses.size()), rates;

@@ -1,13 +1,13 @@
 #include "apps/geometry/summary.h"
 
-#include "core/base/linear_algebra.h"
-
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+
+#include "core/base/linear_algebra.h"
 
 namespace raylign::detail::apps {
 namespace {

@@ -141,7 +141,7 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
     const auto show = options.registration.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals;
     TrackRecord record;
     try {
-        record = run_track(inputs, track, *choice.backend, show, journal, interrupt_token());
+        record = run_track(inputs, track, *choice.backend, show, journal, {.stop = interrupt_token()});
     } catch (...) {  // before the first frame was done
         journal.remove();
         throw;

@@ -1,13 +1,12 @@
 #include "apps/track/report.h"
 
-#include "apps/shared/interrupt.h"
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "apps/shared/interrupt.h"
 #include "apps/shared/manifest.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"

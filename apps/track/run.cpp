@@ -47,10 +47,10 @@ std::string track_progress_line(std::size_t done, std::size_t all, const Traject
 }
 
 TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend, ProgressBar::Show show,
-                      TrackJournal& journal, const StopToken& stop) {
+                      TrackJournal& journal, const RunControl& control) {
     TrackRecord record;
-    const auto stop_if_asked = [&stop] {
-        if (stop.stop_requested()) throw Interrupted("interrupted: no file was changed");
+    const auto stop_if_asked = [&control] {
+        if (control.stop.stop_requested()) throw Interrupted("interrupted: no file was changed");
     };
     std::vector<Tracker> trackers;
     trackers.reserve(inputs.objects.size());
@@ -69,9 +69,9 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
             const auto track_begin = Clock::now();
             std::vector<TrajectoryRow> rows;
             for (std::size_t i = 0; i < trackers.size(); ++i) {
-                rows.push_back({inputs.objects[i].name,
-                                instant.gap.empty() ? trackers[i].feed(set.number, instant.views, {.stop = stop})
-                                                    : trackers[i].skip(set.number, instant.gap)});
+                rows.push_back({inputs.objects[i].name, instant.gap.empty()
+                                                            ? trackers[i].feed(set.number, instant.views, control)
+                                                            : trackers[i].skip(set.number, instant.gap)});
                 stop_if_asked();  // a frame that was not finished is none
             }
             record.track_s += seconds_since(track_begin);

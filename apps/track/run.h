@@ -43,7 +43,7 @@ struct TrackRecord {
 /// Tracks all objects through all frames. Errors after the first frame, and a stop, end the run early: what was found
 /// until then is in the record.
 [[nodiscard]] TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend,
-                                    ProgressBar::Show show, TrackJournal& journal, const StopToken& stop);
+                                    ProgressBar::Show show, TrackJournal& journal, const RunControl& control);
 
 /// "[####----]  40%  frame 12 (12 of 30)  radius ok  8.1 frames/s  3 s left"
 [[nodiscard]] std::string track_progress_line(std::size_t done, std::size_t all, const TrajectoryRow& last,

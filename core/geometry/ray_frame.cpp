@@ -1,8 +1,9 @@
 #include "core/geometry/ray_frame.h"
 
-#include "core/base/linear_algebra.h"
-
+#include <Eigen/Geometry>
 #include <limits>
+
+#include "core/base/linear_algebra.h"
 
 namespace raylign::detail {
 

@@ -1,9 +1,9 @@
 #include "core/image/convex_hull.h"
 
-#include "core/base/linear_algebra.h"
-
 #include <numbers>
 #include <set>
+
+#include "core/base/linear_algebra.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,7 +1,8 @@
 #include "core/image/pyramid.h"
-#include "core/geometry/camera.h"
 
 #include <algorithm>
+
+#include "core/geometry/camera.h"
 
 namespace raylign::detail {
 namespace {

@@ -78,28 +78,6 @@ void check_labels(const LabelMap& map, std::span<const std::int32_t> kept) {
 
 }  // namespace
 
-VoxelBox box_of_points_mm(const VoxelGrid& grid, std::span<const Eigen::Vector3d> points_ct_mm, double margin_mm) {
-    if (points_ct_mm.empty()) throw Error("a box around no points: must have at least one");
-    if (!(margin_mm >= 0)) throw bad_value("margin of the box", std::to_string(margin_mm) + " mm", "0 or more");
-    Eigen::Vector3d low = grid.voxel_from_ct(points_ct_mm.front()), high = low;
-    for (const Eigen::Vector3d& point : points_ct_mm) {
-        if (!point.allFinite()) throw Error("a box around a point that is not finite");
-        low = low.cwiseMin(grid.voxel_from_ct(point));
-        high = high.cwiseMax(grid.voxel_from_ct(point));
-    }
-    low -= Eigen::Vector3d::Constant(margin_mm).cwiseQuotient(grid.spacing_mm);
-    high += Eigen::Vector3d::Constant(margin_mm).cwiseQuotient(grid.spacing_mm);
-    // Clipped as doubles: points may lie anywhere. The field of the voxels around a point needs both its neighbours.
-    const Eigen::Vector3d size = grid.size.cast<double>();
-    const Eigen::Vector3d begin = low.array().floor().max(0).min(size.array());
-    const Eigen::Vector3d end = (high.array().ceil() + 1).max(0).min(size.array());
-    if (!(begin.array() < end.array()).all()) {
-        throw Error("the box from " + point_text(grid.ct_from_voxel(low)) + " to " +
-                    point_text(grid.ct_from_voxel(high)) + " mm is outside the CT: " + extent_text(grid));
-    }
-    return {begin.cast<int>(), end.cast<int>()};
-}
-
 VoxelBox box_of_object(const Volume& volume) {
     VoxelBox box{volume.grid.size, Eigen::Vector3i::Zero()};
     std::size_t i = 0;
@@ -135,12 +113,6 @@ Volume crop(const Volume& volume, const VoxelBox& box) {
         }
     }
     return part;
-}
-
-void keep_above(Volume& volume, float attenuation_per_mm) {
-    for (float& voxel : volume.attenuation_per_mm) {
-        if (voxel < attenuation_per_mm) voxel = 0;
-    }
 }
 
 void clip_above(Volume& volume, float attenuation_per_mm) {

@@ -10,11 +10,6 @@
 
 namespace raylign::detail {
 
-/// The smallest box of voxels that holds the points with `margin_mm` around each, clipped to the grid: the field
-/// within it is complete. Throws Error for no points, a negative margin, or points all outside the grid.
-[[nodiscard]] VoxelBox box_of_points_mm(const VoxelGrid& grid, std::span<const Eigen::Vector3d> points_ct_mm,
-                                        double margin_mm = 0);
-
 /// The smallest box that holds every voxel with another value than 0. Throws Error where there is none.
 [[nodiscard]] VoxelBox box_of_object(const Volume& volume);
 
@@ -23,11 +18,8 @@ namespace raylign::detail {
 /// or reaches beyond the grid.
 [[nodiscard]] Volume crop(const Volume& volume, const VoxelBox& box);
 
-/// Sets 0 every voxel below `attenuation_per_mm`.
-void keep_above(Volume& volume, float attenuation_per_mm);
-
 /// Sets every voxel to what it exceeds `attenuation_per_mm` by, at least 0: bone's contrast to the soft tissue around
-/// it, which is what an X-ray of the whole body shows of it, without the jump at its surface that keep_above makes.
+/// it, which is what an X-ray of the whole body shows of it, without the jump at its surface that a threshold makes.
 void contrast_above(Volume& volume, float attenuation_per_mm);
 
 /// Lowers every voxel above `attenuation_per_mm` to it: metal and its artefacts no longer outshine bone.

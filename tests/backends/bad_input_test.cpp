@@ -67,7 +67,7 @@ TEST_P(BackendBadInput, PosesMustBeFiniteWhateverIsAsked) {
 TEST_P(BackendBadInput, ASourceFartherThanNumbersReachIsRefused) {
     // A step of half a voxel is lost in the rounding of 1e17 voxels: samples could not be counted.
     for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
-        const auto session = prepare({projector, 0});
+        const auto session = prepare({projector, {}});
         std::vector<double> cost(2);
         for (const double far_mm : {1e11, -1e17, 1e300}) {
             const std::vector<RigidTransform> poses = {{}, RigidTransform::translate({0, far_mm, 0})};

@@ -22,7 +22,7 @@ protected:
     }
     [[nodiscard]] std::unique_ptr<Session> prepare(Projector projector = Projector::joseph,
                                                    Metric metric = Metric::gc) const {
-        return backend_->prepare({volume_, views_, {projector, 0}, {metric, {1.5, 4}}});
+        return backend_->prepare({volume_, views_, {projector, {}}, {metric, {1.5, 4}}});
     }
     [[nodiscard]] std::vector<double> costs(Session& session, const std::vector<RigidTransform>& poses) const {
         std::vector<double> result(poses.size(), -1);
@@ -196,7 +196,7 @@ TEST_P(BackendContract, OtherViewsOfAResidentVolumeGiveTheBitsOfAFreshPrepare) {
         const auto resident = prepare(projector);
         const auto before = costs(*resident, poses(3));
         const auto shared = resident->with_views(others, other_filter);
-        const auto fresh = backend_->prepare({volume_, others, {projector, 0}, other_filter});
+        const auto fresh = backend_->prepare({volume_, others, {projector, {}}, other_filter});
         EXPECT_EQ(costs(*shared, poses(3)), costs(*fresh, poses(3)));
         EXPECT_EQ(shared->render(truth_, 0).pixels, fresh->render(truth_, 0).pixels);
         EXPECT_EQ(costs(*resident, poses(3)), before) << "the first session is as it was";

@@ -34,7 +34,7 @@ protected:
             for (int x = 0; x < 9; ++x) views_[0].weights(x, y) = 0;  // a corner masked out
         }
         for (int y = 12; y < 40; ++y) views_[0].weights(30, y) = 0.5F;
-        session_ = backend->prepare({volume_, views_, {c.projector, 0}, {c.metric, {1.5, 4}}});
+        session_ = backend->prepare({volume_, views_, {c.projector, {}}, {c.metric, {1.5, 4}}});
     }
 
     double cost(const Twist& scaled) {

@@ -22,7 +22,7 @@ protected:
         backend_ = std::move(made);
     }
     [[nodiscard]] Scene scene(Projector projector = Projector::joseph, Metric metric = Metric::gc) const {
-        return {volume_, views_, {projector, 0}, {metric, {2, 6}}};
+        return {volume_, views_, {projector, {}}, {metric, {2, 6}}};
     }
 
     std::unique_ptr<Backend> backend_;

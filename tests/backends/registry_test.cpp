@@ -1,8 +1,7 @@
-#include "raylign/backends.h"
-
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "raylign/backends.h"
 
 namespace raylign::detail {
 namespace {

@@ -30,7 +30,7 @@ protected:
         }
     }
     [[nodiscard]] Scene scene(Metric metric, Projector projector = Projector::joseph) const {
-        return {volume_, views_, {projector, 0}, {metric, {1.5, 4}}};
+        return {volume_, views_, {projector, {}}, {metric, {1.5, 4}}};
     }
     /// In [0, 1], a fifth of them 0, different in each view.
     [[nodiscard]] std::vector<Image> some_weights(unsigned seed) const {

@@ -1,8 +1,6 @@
 // Real biplane X-rays of a wrist (tests/support/wrist.h). The bound on the pose is a few times the reference's own
 // spread.
 
-#include "tests/support/wrist.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -11,6 +9,7 @@
 #include "raylign/targets.h"
 #include "tests/support/backends.h"
 #include "tests/support/test_data.h"
+#include "tests/support/wrist.h"
 
 namespace raylign::detail {
 namespace {

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "core/backend.h"
 #include "core/base/error.h"
 #include "raylign/backends.h"
 
@@ -24,9 +25,11 @@ inline bool is_required(const std::string& name) {
 
 /// Options under which an engine is held to the float tolerances: float voxels, interpolated in the shader. What
 /// texture filters and 16-bit voxels do is tested in tests/backends/gl.
-inline BackendOptions parity_options(const std::string& name) {
-    if (name == "gl" || name == "gl-2006") return {.storage = "float32", .interpolation = "exact"};
-    return {};
+inline BackendOptions parity_options() {
+    BackendOptions options;
+    options.gl.storage = options.gl_2006.storage = Storage::float32;
+    options.gl.interpolation = options.gl_2006.interpolation = Interpolation::exact;
+    return options;
 }
 
 /// A backend's name as GoogleTest takes it: letters and digits only.
@@ -42,7 +45,7 @@ inline std::string test_name(std::string name) {
 #define RAYLIGN_MAKE_BACKEND(variable, wanted)                                                                  \
     std::unique_ptr<raylign::Backend> variable;                                                                 \
     try {                                                                                                       \
-        variable = raylign::create_backend(wanted, raylign::detail::test::parity_options(wanted)).backend;      \
+        variable = raylign::create_backend(wanted, raylign::detail::test::parity_options()).backend;            \
     } catch (const raylign::Error& error) {                                                                     \
         if (raylign::detail::test::is_required(wanted)) FAIL() << (wanted) << " is required: " << error.what(); \
         GTEST_SKIP() << error.what();                                                                           \

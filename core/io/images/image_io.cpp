@@ -1,6 +1,3 @@
-#include "core/io/images/png.h"
-#include "raylign/io/image.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,7 +7,9 @@
 #include "core/io/dicom/dicom_tags.h"
 #include "core/io/dicom/dicom_xray.h"
 #include "core/io/files/text.h"
+#include "core/io/images/png.h"
 #include "core/io/images/raster.h"
+#include "raylign/io/image.h"
 
 namespace raylign {
 using namespace detail;
@@ -124,13 +123,6 @@ RawXray XrayFile::frame(int number) const {
                         contents_->path.string());
     }
     return frame_of(contents_->raster, contents_->tags, number - 1);
-}
-
-std::vector<RawXray> read_xray_frames(const std::filesystem::path& path) {
-    const XrayFile file(path);
-    std::vector<RawXray> frames;
-    for (int number = 1; number <= file.frame_count(); ++number) frames.push_back(file.frame(number));
-    return frames;
 }
 
 Eigen::Vector2i xray_size_px(const std::filesystem::path& path) {

@@ -80,10 +80,4 @@ void PixelWeights::reweight(const RigidTransform& world_from_ct) {
     session_.set_weights(weights);
 }
 
-void PixelWeights::reset() {
-    std::vector<Image> weights;
-    for (const FixedChannels& fixed : unweighted_) weights.push_back(fixed.weights);
-    session_.set_weights(weights);
-}
-
 }  // namespace raylign::detail

@@ -30,8 +30,6 @@ public:
 
     /// Robust weights from the residuals at this pose.
     void reweight(const RigidTransform& world_from_ct);
-    /// Back to the base.
-    void reset();
 
 private:
     Session& session_;

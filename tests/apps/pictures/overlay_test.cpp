@@ -1,5 +1,3 @@
-#include "apps/pictures/overlay.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "apps/pictures/bitmap_font.h"
 #include "apps/pictures/edges.h"
+#include "apps/pictures/overlay.h"
 #include "apps/pictures/picture.h"
 
 namespace raylign::detail::apps {

@@ -1,8 +1,7 @@
-#include "apps/report_page/report_page.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/report_page/report_page.h"
 #include "tests/apps/small_case.h"
 
 namespace raylign::detail::apps {

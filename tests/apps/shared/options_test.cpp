@@ -1,7 +1,6 @@
-#include "apps/shared/options.h"
-
 #include <gtest/gtest.h>
 
+#include "apps/shared/options.h"
 #include "apps/shared/progress_bar.h"
 #include "core/base/error.h"
 

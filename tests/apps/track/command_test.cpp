@@ -240,11 +240,15 @@ TEST_F(TrackCommand, AStoppedRunKeepsWhatItHad) {
     write_text_file(folder.path("track/trajectory.partial.csv"), "of an earlier run");
     apps::TrackJournal journal(folder.path("track"), inputs.view_names());
     EXPECT_EQ(read_text(folder.path("track/trajectory.partial.old.csv")), "of an earlier run");
-    TrackOptions track = apps::track_options(options, 1);
+    const TrackOptions track = apps::track_options(options, 1);
     const auto partial = [&] { return read_trajectory(folder.path("track/trajectory.partial.csv")); };
-    track.registration.cancelled = [&] { return partial().size() == 2; };  // after the second frame
+    StopSource source;
+    const RunControl control{.stop = source.token(), .meanwhile = [&] {
+                                 if (partial().size() == 2) source.request_stop();  // in the midst of the third frame
+                             }};
     const auto backend = create_backend("cpu").backend;
-    const apps::TrackRecord record = apps::run_track(inputs, track, *backend, apps::ProgressBar::Show::never, journal);
+    const apps::TrackRecord record =
+        apps::run_track(inputs, track, *backend, apps::ProgressBar::Show::never, journal, control);
     EXPECT_EQ(record.instants, 2u);
     EXPECT_EQ(record.rows.size(), 2u);
     EXPECT_TRUE(record.stopped_by);

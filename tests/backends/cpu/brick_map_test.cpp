@@ -1,10 +1,9 @@
 // The map of what is empty: everything that the engine leaves out follows from it.
-#include "backends/cpu/brick_map.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "backends/cpu/brick_map.h"
 #include "layout_scene.h"
 
 namespace raylign::detail::cpu {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -17,7 +18,7 @@ namespace raylign::detail::test {
 inline std::vector<std::string> available_sets() {
     std::vector<std::string> sets;
     for (const InstructionSetStatus& set : cpu_instruction_sets()) {
-        if (set.available) sets.push_back(set.name);
+        if (set.available) sets.emplace_back(instruction_set_name(set.set));
     }
     return sets;
 }
@@ -70,7 +71,7 @@ struct NamedScene {
     std::string name;
     Volume volume;
     std::vector<View> views;
-    double step_mm = 0;
+    std::optional<double> step_mm;
     [[nodiscard]] Scene scene(Projector projector, const Similarity& similarity = {}) const {
         return {volume, views, {projector, step_mm}, similarity};
     }

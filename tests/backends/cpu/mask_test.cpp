@@ -60,7 +60,9 @@ protected:
 
     [[nodiscard]] std::unique_ptr<Session> session(const Similarity& similarity) const {
         const auto& [set, projector, storage] = GetParam();
-        return make_cpu_backend({.threads = 2, .instruction_set = set, .storage = storage})
+        return make_cpu_backend({.threads = 2,
+                                 .instruction_set = instruction_set_from_name(set),
+                                 .storage = storage_from_name(storage)})
             ->prepare(named_.scene(projector, similarity));
     }
     [[nodiscard]] std::unique_ptr<Session> reference(const Similarity& similarity) const {
@@ -115,7 +117,7 @@ TEST_P(CpuMask, CostsUnderNewWeightsAreThoseOfASessionMadeWithThem) {
 TEST_P(CpuMask, PixelsThatNoWeightReachesAreNotCast) {
     const auto& [set, projector, storage_name] = GetParam();
     const cpu::VoxelStorage storage = storage_name == "int16" ? cpu::kInt16 : cpu::kFloat32;
-    const cpu::KernelTable& kernels = cpu::choose_kernels(set);
+    const cpu::KernelTable& kernels = cpu::choose_kernels(instruction_set_from_name(set));
     cpu::Workers workers(1);
     cpu::VolumeLayouts layouts = cpu::make_layouts(named_.volume, {.wanted = storage}, 0, workers);
     for (int axis = 1; axis < 3; ++axis) layouts.make(axis, workers);

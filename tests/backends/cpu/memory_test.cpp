@@ -90,7 +90,7 @@ TEST(CpuMemory, TheLimitOfAutomaticStorageIsAnOption) {
     };
     EXPECT_THAT(layout({}), testing::StartsWith("float32, 1 copy"));
     EXPECT_THAT(layout({.max_volume_bytes = 1 << 20}), testing::StartsWith("int16"));
-    EXPECT_THAT(layout({.storage = "float32", .max_volume_bytes = 1 << 20}), testing::StartsWith("float32"));
+    EXPECT_THAT(layout({.storage = Storage::float32, .max_volume_bytes = 1 << 20}), testing::StartsWith("float32"));
 }
 
 TEST(CpuMemory, TwoToThe31VoxelsAreCountedRightAndRefusedWhereTheyDoNotFit) {
@@ -126,7 +126,7 @@ TEST_P(CpuBeyond32Bits, VoxelsFarApartAreFound) {
         cube.attenuation_per_mm.data(), cpu::kFloat32, 1, {1, 64, 64 * 64}, {kCorner[0], kCorner[1], kCorner[2]},
         {kSize[0], kSize[1], kSize[2]}};
     cpu::Workers workers(2);
-    const cpu::KernelTable& kernels = cpu::choose_kernels(GetParam());
+    const cpu::KernelTable& kernels = cpu::choose_kernels(instruction_set_from_name(GetParam()));
     const cpu::PageBuffer scratch(kernels.scratch_bytes, "the test");
     cpu::VolumeLayouts layouts(source, map, cpu::kInt16, 0, workers);
     for (int axis = 1; axis < 3; ++axis) layouts.make(axis, workers);

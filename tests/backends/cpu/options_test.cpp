@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "core/base/error.h"
@@ -28,11 +29,12 @@ public:
 TEST(CpuOptions, EveryAvailableInstructionSetRunsWhenAskedFor) {
     for (const InstructionSetStatus& set : cpu_instruction_sets()) {
         if (set.available) {
-            EXPECT_EQ(make_cpu_backend({.threads = 1, .instruction_set = set.name})->info().instruction_set, set.name);
+            EXPECT_EQ(make_cpu_backend({.threads = 1, .instruction_set = set.set})->info().instruction_set,
+                      instruction_set_name(set.set));
         } else {
             try {
-                (void)make_cpu_backend({.threads = 1, .instruction_set = set.name});
-                ADD_FAILURE() << set.name << " ran on a processor without it";
+                (void)make_cpu_backend({.threads = 1, .instruction_set = set.set});
+                ADD_FAILURE() << instruction_set_name(set.set) << " ran on a processor without it";
             } catch (const Error& error) {
                 EXPECT_EQ(error.kind(), ErrorKind::unavailable);
             }
@@ -49,30 +51,37 @@ TEST(CpuOptions, TheEnvironmentChoosesUnlessTheOptionDoes) {
     const std::string last = available_sets().back(), first = available_sets().front();
     const Environment environment(last);
     EXPECT_EQ(make_cpu_backend({})->info().instruction_set, last);
-    EXPECT_EQ(make_cpu_backend({.threads = 0, .instruction_set = first})->info().instruction_set, first);
+    EXPECT_EQ(make_cpu_backend({.instruction_set = instruction_set_from_name(first)})->info().instruction_set, first);
 }
 
 TEST(CpuOptions, AnUnknownInstructionSetIsAnErrorThatListsTheValidOnes) {
-    for (const InstructionSetStatus& set : cpu_instruction_sets()) {
-        EXPECT_THAT(message_of({.threads = 0, .instruction_set = "avx3"}), testing::HasSubstr(set.name));
-    }
     const Environment environment("mmx");
+    for (const InstructionSetStatus& set : cpu_instruction_sets()) {
+        EXPECT_THAT(message_of({}), testing::HasSubstr(std::string(instruction_set_name(set.set))));
+    }
     EXPECT_THAT(message_of({}),
                 testing::AllOf(testing::HasSubstr("mmx"), testing::HasSubstr("RAYLIGN_INSTRUCTION_SET")));
 }
 
 TEST(CpuOptions, ThreadsMustBeInRange) {
-    EXPECT_THAT(message_of({.threads = -1, .instruction_set = ""}), testing::HasSubstr("[0, 1024]"));
-    EXPECT_THAT(message_of({.threads = 1025, .instruction_set = ""}), testing::HasSubstr("1025"));
-    EXPECT_EQ(make_cpu_backend({.threads = 7, .instruction_set = ""})->info().threads, 7);
+    EXPECT_THAT(message_of({.threads = -1}), testing::HasSubstr("[1, 1024]"));
+    EXPECT_THAT(message_of({.threads = 0}), testing::HasSubstr("[1, 1024]"));
+    EXPECT_THAT(message_of({.threads = 1025}), testing::HasSubstr("1025"));
+    EXPECT_EQ(make_cpu_backend({.threads = 7})->info().threads, 7);
     EXPECT_GE(make_cpu_backend({})->info().threads, 1);
 }
 
-TEST(CpuOptions, AnUnknownStorageIsAnError) {
-    CpuOptions options;
-    options.storage = "float16";
-    EXPECT_THAT(message_of(options),
-                testing::AllOf(testing::HasSubstr("float16"), testing::HasSubstr("auto, float32 or int16")));
+TEST(CpuOptions, AnInstructionSetOfAnotherProcessorIsUnavailable) {
+    const auto known = cpu_instruction_sets();
+    for (const InstructionSet set : {InstructionSet::sse2, InstructionSet::neon}) {
+        if (std::ranges::find(known, set, &InstructionSetStatus::set) != known.end()) continue;
+        try {
+            (void)make_cpu_backend({.instruction_set = set});
+            ADD_FAILURE() << "ran without kernels";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::unavailable);
+        }
+    }
 }
 
 TEST(CpuOptions, VolumeBytesCountTheLayoutsInUse) {

@@ -34,7 +34,7 @@ protected:
     std::vector<RigidTransform> poses_ = some_poses(11);
 
     [[nodiscard]] std::unique_ptr<Session> session(int threads) const {
-        return make_cpu_backend({.threads = threads, .instruction_set = ""})->prepare(named_.scene(Projector::joseph));
+        return make_cpu_backend({.threads = threads})->prepare(named_.scene(Projector::joseph));
     }
 };
 

@@ -27,7 +27,7 @@ protected:
     }
     [[nodiscard]] std::vector<float> cast(const cpu::VolumeLayouts& layouts, const View& view, Projector projector) {
         const auto& [set, storage] = GetParam();
-        const cpu::KernelTable& kernels = cpu::choose_kernels(set);
+        const cpu::KernelTable& kernels = cpu::choose_kernels(instruction_set_from_name(set));
         const cpu::PageBuffer scratch(kernels.scratch_bytes, "the test");
         const Eigen::Vector2i size_px(kSide, kSide);
         const cpu::FrameDerivatives derivatives = cpu::frame_derivatives(

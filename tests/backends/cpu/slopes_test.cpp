@@ -28,7 +28,10 @@ class CpuSlopes : public testing::TestWithParam<SlopeCase> {
 protected:
     [[nodiscard]] Linearization ours(const NamedScene& named, const RigidTransform& pose) const {
         const auto& [set, projector, storage] = GetParam();
-        return linearize(*make_cpu_backend({.threads = 2, .instruction_set = set, .storage = storage}), named, pose);
+        return linearize(*make_cpu_backend({.threads = 2,
+                                            .instruction_set = instruction_set_from_name(set),
+                                            .storage = storage_from_name(storage)}),
+                         named, pose);
     }
     [[nodiscard]] static Linearization linearize(Backend& backend, const NamedScene& named,
                                                  const RigidTransform& pose) {

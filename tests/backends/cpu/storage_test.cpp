@@ -14,7 +14,8 @@ protected:
         "int16",
         random_volume({40, 44, 36}, {1, 0.9, 1.2}, 21, 0.3),
         {view_along(rotation(20, 30, 10), {45, 37}, 1.6), view_along(rotation(100, 10, 50), {40, 40}, 4)}};
-    CpuOptions options_{.threads = 2, .instruction_set = std::get<0>(GetParam()), .storage = "int16"};
+    CpuOptions options_{
+        .threads = 2, .instruction_set = instruction_set_from_name(std::get<0>(GetParam())), .storage = Storage::int16};
     Projector projector_ = std::get<1>(GetParam());
 };
 
@@ -73,11 +74,11 @@ TEST_P(CpuInt16, LinearizationEqualsReference) {
 }
 
 TEST_P(CpuInt16, TakesHalfTheMemory) {
-    options_.storage = "float32";
+    options_.storage = Storage::float32;
     named_.volume = random_volume({70, 70, 64}, {1, 1, 1}, 21);
     const Scene scene = named_.scene(projector_);
     const std::size_t floats = make_cpu_backend(options_)->prepare(scene)->volume_bytes();
-    options_.storage = "int16";
+    options_.storage = Storage::int16;
     const std::size_t shorts = make_cpu_backend(options_)->prepare(scene)->volume_bytes();
     EXPECT_LT(shorts, 0.7 * floats);  // rows are padded to cache lines, which weighs in a small volume
 }

@@ -1,12 +1,11 @@
 // As many threads run as were asked for, whatever the machine has and whoever else has asked.
-#include "backends/cpu/workers.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
 #include <thread>
 
+#include "backends/cpu/workers.h"
 #include "cpu_scenes.h"
 
 namespace raylign::detail::test {
@@ -63,8 +62,8 @@ TEST(CpuWorkers, FarMoreThreadsThanTilesGiveTheSameBits) {
     named.views = {view_along(rotation(20, 30, 10), {40, 35}, 1.5)};
     add_images(named, pose_near_identity(5, 0.3));
     const Scene scene = named.scene(Projector::joseph, {Metric::gc, {1, 3}});
-    const auto one = make_cpu_backend({.threads = 1, .instruction_set = ""})->prepare(scene);
-    const auto many = make_cpu_backend({.threads = 64, .instruction_set = ""})->prepare(scene);
+    const auto one = make_cpu_backend({.threads = 1})->prepare(scene);
+    const auto many = make_cpu_backend({.threads = 64})->prepare(scene);
     const std::vector<RigidTransform> poses = {{}, pose_near_identity(3)};
     std::vector<Linearization> expected(2), found(2);
     one->linearize(poses, {0, 0, 0}, expected);

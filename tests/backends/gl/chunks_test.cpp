@@ -1,10 +1,9 @@
-#include "backends/gl/chunks.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "backends/gl/chunks.h"
 #include "gl_scenes.h"
 
 namespace raylign::detail::gl {

@@ -1,9 +1,8 @@
-#include "backends/gl/context.h"
-
 #include <gtest/gtest.h>
 
 #include <thread>
 
+#include "backends/gl/context.h"
 #include "gl_scenes.h"
 
 namespace raylign::detail::gl {

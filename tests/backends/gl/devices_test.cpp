@@ -1,7 +1,6 @@
-#include "backends/gl/devices.h"
-
 #include <gtest/gtest.h>
 
+#include "backends/gl/devices.h"
 #include "core/base/error.h"
 #include "gl_scenes.h"
 

@@ -10,7 +10,7 @@ namespace {
 
 /// The message of the Error that work throws, which must be of kind unavailable; "" if it throws none.
 template <class Work>
-std::string refusal(const Work& work) {
+std::string message_of_fault(const Work& work) {
     try {
         work();
     } catch (const Error& error) {
@@ -32,7 +32,7 @@ TEST(GlFaults, AShaderThatDoesNotCompileStopsThePreparedSessionWithTheLog) {
     };
     const test::SpineScene spine;
     const auto session = make_gl_backend(api, {})->prepare(spine.scene());
-    const std::string message = refusal([&] { (void)test::costs(*session, spine.poses(1)); });
+    const std::string message = message_of_fault([&] { (void)test::costs(*session, spine.poses(1)); });
     EXPECT_NE(message.find(".comp does not compile"), std::string::npos) << message;
 }
 
@@ -44,7 +44,7 @@ TEST(GlFaults, AVolumeWithoutMemoryIsRefusedWithItsSize) {
     api.gl.TextureStorage3D = [](GLuint, GLsizei, GLenum, GLsizei, GLsizei, GLsizei) { fails = true; };
     api.gl.GetError = [] { return std::exchange(fails, false) ? GL_OUT_OF_MEMORY : real(); };
     const test::SpineScene spine(64);
-    const std::string message = refusal([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
+    const std::string message = message_of_fault([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
     EXPECT_NE(message.find("64 x 64 x 64"), std::string::npos) << message;
     EXPECT_NE(message.find("no memory"), std::string::npos) << message;
 }
@@ -57,7 +57,7 @@ TEST(GlFaults, BuffersWithoutMemoryAreRefusedWithTheirSize) {
     api.gl.NamedBufferStorage = [](GLuint, GLsizeiptr, const void*, GLbitfield) { fails = true; };
     api.gl.GetError = [] { return std::exchange(fails, false) ? GL_OUT_OF_MEMORY : real(); };
     const test::SpineScene spine;
-    const std::string message = refusal([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
+    const std::string message = message_of_fault([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
     EXPECT_NE(message.find("has no memory for scene"), std::string::npos) << message;
 }
 
@@ -73,9 +73,11 @@ TEST(GlFaults, ALostContextIsReportedAndANewSessionWorks) {
     const auto session = backend->prepare(spine.scene());
     const auto before = test::costs(*session, spine.poses(2));
     lost = true;
-    EXPECT_NE(refusal([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"), std::string::npos);
+    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"),
+              std::string::npos);
     lost = false;  // the device is back, but this context stays lost
-    EXPECT_NE(refusal([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"), std::string::npos);
+    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"),
+              std::string::npos);
     const auto again = backend->prepare(spine.scene());
     EXPECT_EQ(test::costs(*again, spine.poses(2)), before);
 }
@@ -95,7 +97,8 @@ TEST(GlFaults, ADeviceThatHangsIsReportedWhenItIsReset) {
     const test::SpineScene spine;
     const auto session = make_gl_backend(api, {})->prepare(spine.scene());
     hangs = true;
-    EXPECT_NE(refusal([&] { (void)test::costs(*session, spine.poses(1)); }).find("was reset"), std::string::npos);
+    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(1)); }).find("was reset"),
+              std::string::npos);
 }
 
 TEST(GlFaults, AnErrorOfOpenGlIsNotSwallowed) {
@@ -108,14 +111,8 @@ TEST(GlFaults, AnErrorOfOpenGlIsNotSwallowed) {
     const test::SpineScene spine;
     const auto session = make_gl_backend(api, {})->prepare(spine.scene());
     fails = true;
-    EXPECT_NE(refusal([&] { (void)test::costs(*session, spine.poses(1)); }).find("invalid operation"),
+    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(1)); }).find("invalid operation"),
               std::string::npos);
-}
-
-TEST(GlOptions, BadOnesAreRefused) {
-    RAYLIGN_NEED_GL(api);
-    EXPECT_THROW((void)make_gl_backend(api, {.storage = "float16"}), Error);
-    EXPECT_THROW((void)make_gl_backend(api, {.interpolation = "cubic"}), Error);
 }
 
 }  // namespace

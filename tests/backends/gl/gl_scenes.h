@@ -18,7 +18,7 @@ struct SpineScene {
           views(with_exact_images(biplane_views(side_px), spine_phantom({160, 160, 160}), oblique_pose())) {}
 
     [[nodiscard]] Scene scene(Projector projector = Projector::joseph, Metric metric = Metric::gc) const {
-        return {volume, views, {projector, 0}, {metric, {1.5, 4}}};
+        return {volume, views, {projector, {}}, {metric, {1.5, 4}}};
     }
     [[nodiscard]] static std::vector<RigidTransform> poses(int count) {
         std::vector<RigidTransform> list;

@@ -113,7 +113,7 @@ TEST_F(Gl2006, OddAndLongImagesAreReducedWhole) {
             view.image = exact_drr(spine_phantom({160, 160, 160}), view.geometry, test::oblique_pose());
         }
         const auto poses = spine_.poses(2);
-        const auto scene = Scene{spine_.volume, spine_.views, {Projector::trilinear, 0}, {Metric::ncc, {}}};
+        const auto scene = Scene{spine_.volume, spine_.views, {Projector::trilinear, {}}, {Metric::ncc, {}}};
         const auto expected = create_backend("reference").backend->prepare(scene)->moment_sums(poses);
         for (const Reduction reduction : {Reduction::passes, Reduction::mipmap}) {
             PaperSession ours(context_, scene, {.storage = Storage::float32, .exact = true, .reduction = reduction});
@@ -143,11 +143,10 @@ TEST_F(Gl2006, NewWeightsCountAtOnce) {
     }
 }
 
-TEST_F(Gl2006, BaselinesThatAreUnknownOrDoNotFitTheProjectorAreRefused) {
-    EXPECT_THROW((void)make_gl_2006_backend(api_, {}, {.slices = "diagonal"}), Error);
-    EXPECT_THROW((void)make_gl_2006_backend(api_, {}, {.reduction = "guess"}), Error);
-    EXPECT_THROW((void)make_gl_2006_backend(api_, {}, {.readback = "all"}), Error);
-    const auto backend = make_gl_2006_backend(api_, {}, {.slices = "view-aligned"});
+TEST_F(Gl2006, SlicesThatDoNotFitTheProjectorAreRefused) {
+    Gl2006Options options;
+    options.slices = Gl2006Options::Slices::view_aligned;
+    const auto backend = make_gl_2006_backend(api_, options);
     EXPECT_NE(backend->prepare(spine_.scene(Projector::trilinear)), nullptr);
     try {
         (void)backend->prepare(spine_.scene(Projector::joseph));

@@ -1,9 +1,8 @@
-#include "backends/gl/programs.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 
+#include "backends/gl/programs.h"
 #include "core/base/error.h"
 #include "gl_scenes.h"
 

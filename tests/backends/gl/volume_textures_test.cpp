@@ -1,9 +1,8 @@
-#include "backends/gl/volume_textures.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "backends/gl/volume_textures.h"
 #include "core/base/error.h"
 #include "gl_scenes.h"
 #include "tests/support/image_compare.h"

@@ -11,7 +11,7 @@ namespace {
 
 Image render(const Volume& volume, const ViewGeometry& geometry, Projector projector) {
     const View view{"test", geometry, {}, {}};
-    return make_reference_backend()->prepare({volume, {&view, 1}, {projector, 0}, {}})->render({}, 0);
+    return make_reference_backend()->prepare({volume, {&view, 1}, {projector, {}}, {}})->render({}, 0);
 }
 
 /// Centre of mass of an image [px].

@@ -137,7 +137,7 @@ Phantom off_centre(Phantom phantom) {
 }
 
 double twin_error(const Phantom& phantom, int n, Projector projector) {
-    const Image twin = render(voxelise(phantom, grid_of(n), 8), small_view(), oblique_pose(), {projector, 0});
+    const Image twin = render(voxelise(phantom, grid_of(n), 8), small_view(), oblique_pose(), {projector, {}});
     return relative_error(twin, exact_drr(phantom, small_view(), oblique_pose()));
 }
 
@@ -203,7 +203,7 @@ double gaussian_error(int n, Projector projector) {
                                              std::exp(-d2 / (2 * kSigma_mm * kSigma_mm)));
         }
     }
-    return relative_error(render(volume, view, oblique_pose(), {projector, 0}), exact);
+    return relative_error(render(volume, view, oblique_pose(), {projector, {}}), exact);
 }
 
 /// Linear interpolation: order 2. At 80 voxels it widens the blob by h^2 / 6 an axis: 0.3 % of s^2, of which the

@@ -1,6 +1,6 @@
-#include "core/base/random.h"
-
 #include <gtest/gtest.h>
+
+#include "core/base/random.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,5 +1,3 @@
-#include "core/evaluation/mismatch.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/evaluation/mismatch.h"
 #include "raylign/phantom.h"
 
 namespace raylign::detail {

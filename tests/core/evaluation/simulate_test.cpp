@@ -1,6 +1,3 @@
-#include "raylign/simulate.h"
-#include "core/evaluation/poisson.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +7,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/evaluation/poisson.h"
+#include "raylign/simulate.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,5 +1,3 @@
-#include "raylign/statistics.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "raylign/statistics.h"
 
 namespace raylign::detail {
 namespace {

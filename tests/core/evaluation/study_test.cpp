@@ -1,5 +1,3 @@
-#include "raylign/study.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "raylign/study.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {

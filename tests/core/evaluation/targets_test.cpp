@@ -1,6 +1,3 @@
-#include "raylign/targets.h"
-#include "core/evaluation/dense_part.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +6,9 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/evaluation/dense_part.h"
 #include "raylign/phantom.h"
+#include "raylign/targets.h"
 
 namespace raylign::detail {
 namespace {

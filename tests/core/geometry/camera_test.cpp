@@ -1,15 +1,15 @@
-#include "raylign/camera.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-
 #include <cmath>
 #include <limits>
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/geometry/camera.h"
+#include "raylign/camera.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,7 +1,6 @@
-#include "raylign/grid.h"
-
 #include <gtest/gtest.h>
 
+#include "raylign/grid.h"
 #include "raylign/rigid_transform.h"
 
 namespace raylign::detail {

@@ -1,11 +1,10 @@
-#include "raylign/joint_motion.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
 
 #include "core/base/error.h"
+#include "raylign/joint_motion.h"
 
 namespace raylign::detail {
 namespace {

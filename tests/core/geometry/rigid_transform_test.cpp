@@ -1,15 +1,14 @@
-#include "raylign/rigid_transform.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <Eigen/Geometry>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "raylign/rigid_transform.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,15 +1,14 @@
-#include "core/image/auto_mask.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
-#include "io_files.h"
+#include "core/image/auto_mask.h"
 #include "raylign/intensity.h"
 #include "raylign/io/image.h"
 #include "raylign/io/views.h"
+#include "tests/support/errors.h"
 #include "tests/support/test_data.h"
 
 namespace raylign::detail {

@@ -1,11 +1,10 @@
-#include "core/image/gradient_filter.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/image/gradient_filter.h"
 
 namespace raylign::detail {
 namespace {

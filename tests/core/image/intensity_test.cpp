@@ -1,5 +1,3 @@
-#include "raylign/intensity.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -8,8 +6,9 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "io_files.h"
+#include "raylign/intensity.h"
 #include "raylign/io/image.h"
+#include "tests/support/errors.h"
 #include "tests/support/test_data.h"
 
 namespace raylign::detail {

@@ -1,11 +1,10 @@
-#include "core/image/pyramid.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
 #include "core/base/random.h"
+#include "core/image/pyramid.h"
 
 namespace raylign::detail {
 namespace {

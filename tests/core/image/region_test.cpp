@@ -1,5 +1,3 @@
-#include "core/image/region.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/image/region.h"
 
 namespace raylign::detail {
 namespace {
@@ -87,43 +86,6 @@ TEST(BoxOfObject, AnEmptyVolumeIsAnError) {
     Volume volume = counting_volume();
     for (float& voxel : volume.attenuation_per_mm) voxel = 0;
     EXPECT_THAT(message_of([&] { (void)box_of_object(volume); }), HasSubstr("0 everywhere"));
-}
-
-TEST(BoxOfPoints, HoldsBothNeighboursOfEachPoint) {
-    const Volume volume = counting_volume();
-    const std::vector<Eigen::Vector3d> points = {volume.grid.ct_from_voxel({2.3, 1.5, 1.9}),
-                                                 volume.grid.ct_from_voxel({3.1, 1.6, 2.1})};
-    const VoxelBox box = box_of_points_mm(volume.grid, points);
-    EXPECT_EQ(box.begin, Eigen::Vector3i(2, 1, 1));
-    EXPECT_EQ(box.end, Eigen::Vector3i(5, 3, 4));
-}
-
-TEST(BoxOfPoints, MarginIsInMillimetresAndClippedToTheGrid) {
-    const Volume volume = counting_volume();
-    const std::vector<Eigen::Vector3d> points = {volume.grid.ct_from_voxel({3.5, 2.5, 1.5})};
-    const VoxelBox box = box_of_points_mm(volume.grid, points, 1.2);  // 2.4, 0.6, 0.4 voxels
-    EXPECT_EQ(box.begin, Eigen::Vector3i(1, 1, 1));
-    EXPECT_EQ(box.end, Eigen::Vector3i(6, 5, 3));
-    EXPECT_EQ(box_of_points_mm(volume.grid, points, 1e300).end, volume.grid.size);
-}
-
-TEST(BoxOfPoints, OutsideTheGridSaysWhereTheCtLies) {
-    const Volume volume = straight_volume();
-    const std::vector<Eigen::Vector3d> points = {{500, 0, 30}};
-    EXPECT_THAT(message_of([&] { (void)box_of_points_mm(volume.grid, points); }),
-                AllOf(HasSubstr("outside the CT"), HasSubstr("10.0"), HasSubstr("12.5")));
-    EXPECT_THROW((void)box_of_points_mm(volume.grid, {}), Error);
-    EXPECT_THROW((void)box_of_points_mm(volume.grid, points, -1), Error);
-    const std::vector<Eigen::Vector3d> bad = {{NAN, 0, 0}};
-    EXPECT_THROW((void)box_of_points_mm(volume.grid, bad), Error);
-}
-
-TEST(KeepAbove, SetsWhatIsBelowToZero) {
-    Volume volume = counting_volume();
-    keep_above(volume, 50);
-    EXPECT_EQ(volume.attenuation_per_mm[48], 0);
-    EXPECT_EQ(volume.attenuation_per_mm[49], 50);
-    EXPECT_EQ(volume.attenuation_per_mm[119], 120);
 }
 
 TEST(ClipAbove, LowersWhatIsAbove) {

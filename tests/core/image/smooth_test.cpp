@@ -1,10 +1,9 @@
-#include "core/image/smooth.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/image/smooth.h"
 
 namespace raylign::detail {
 namespace {

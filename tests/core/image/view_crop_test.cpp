@@ -1,8 +1,7 @@
-#include "core/image/view_crop.h"
-
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/image/view_crop.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {

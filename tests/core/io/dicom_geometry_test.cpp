@@ -185,7 +185,7 @@ TEST_F(DicomGeometry, FramesHaveTheirAnglesAndPixels) {
     EXPECT_THAT(message_of(file, {.item = 4}), HasSubstr("in [1, 3]"));
     EXPECT_EQ(xray_frame_count(at("xa.dcm")), 3);
     EXPECT_EQ(read_xray(at("xa.dcm"), 3).image(5, 5), 300);
-    EXPECT_EQ(read_xray_frames(at("xa.dcm"))[1].image(0, 29), 200);
+    EXPECT_EQ(XrayFile(at("xa.dcm")).frame(2).image(0, 29), 200);
     EXPECT_THAT(error_of([&] { (void)read_xray(at("xa.dcm")); }), AllOf(HasSubstr("frame"), HasSubstr("3 frames")));
     EXPECT_THAT(error_of([&] { (void)read_xray(at("xa.dcm"), 4); }), HasSubstr("in [1, 3]"));
     EXPECT_THAT(message_of(file.set(0x00181520, "DS", "0\\5")), HasSubstr("as many as frames"));

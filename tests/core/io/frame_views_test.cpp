@@ -1,10 +1,9 @@
-#include "raylign/io/frames.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/io/images/raster.h"
 #include "io_files.h"
+#include "raylign/io/frames.h"
 #include "views_text.h"
 
 namespace raylign::detail::test {

@@ -1,13 +1,12 @@
-#include "core/io/images/png.h"
-#include "raylign/io/image.h"
-
 #include <gmock/gmock.h>
 #include <tiffio.h>
 
 #include <limits>
 
+#include "core/io/images/png.h"
 #include "core/io/images/raster.h"
 #include "io_files.h"
+#include "raylign/io/image.h"
 
 namespace raylign::detail {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::test {
 
@@ -35,24 +35,6 @@ protected:
 
     std::filesystem::path folder_;
 };
-
-/// The message of the Error that `action` throws; "" (and a failure) if it throws none. What is printed meanwhile is a
-/// failure: the library and what it uses are silent.
-inline std::string error_of(const std::function<void()>& action) {
-    std::string message;
-    testing::internal::CaptureStderr();
-    testing::internal::CaptureStdout();
-    try {
-        action();
-    } catch (const Error& error) {
-        message = error.what();
-        EXPECT_EQ(error.kind(), ErrorKind::input);
-    }
-    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-    EXPECT_NE(message, "") << "no Error was thrown";
-    return message;
-}
 
 template <typename T>
 std::string bytes_of(const T& value) {

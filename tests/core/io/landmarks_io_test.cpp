@@ -1,8 +1,7 @@
-#include "raylign/io/landmarks.h"
-
 #include <gmock/gmock.h>
 
 #include "io_files.h"
+#include "raylign/io/landmarks.h"
 #include "raylign/io/pose.h"
 
 namespace raylign::detail {

@@ -1,10 +1,9 @@
-#include "core/io/files/output.h"
-
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
 #include <csignal>
 
+#include "core/io/files/output.h"
 #include "core/io/images/png.h"
 #include "io_files.h"
 #include "raylign/io/image.h"

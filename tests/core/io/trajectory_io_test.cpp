@@ -1,5 +1,3 @@
-#include "raylign/io/trajectory.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <sstream>
 
 #include "io_files.h"
+#include "raylign/io/trajectory.h"
 
 namespace raylign::detail::test {
 namespace {

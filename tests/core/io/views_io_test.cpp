@@ -1,11 +1,10 @@
-#include "raylign/io/views.h"
-
 #include <gmock/gmock.h>
 
 #include <limits>
 
 #include "io_files.h"
 #include "raylign/io/image.h"
+#include "raylign/io/views.h"
 #include "views_text.h"
 
 namespace raylign::detail {

@@ -1,5 +1,3 @@
-#include "raylign/io/volume.h"
-
 #include <gmock/gmock.h>
 #include <tiffio.h>
 #include <zlib.h>
@@ -9,6 +7,7 @@
 #include "core/io/images/raster.h"
 #include "io_files.h"
 #include "raylign/intensity.h"
+#include "raylign/io/volume.h"
 
 namespace raylign::detail {
 namespace {

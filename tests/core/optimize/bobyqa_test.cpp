@@ -1,11 +1,10 @@
-#include "core/optimize/bobyqa.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
 #include "core/base/error.h"
+#include "core/optimize/bobyqa.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,11 +1,10 @@
-#include "core/optimize/steepest_descent.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/optimize/steepest_descent.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,5 +1,3 @@
-#include "raylign/registration.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/backends.h"
+#include "raylign/registration.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
@@ -22,8 +21,8 @@ struct SmallCase {
     BackendChoice choice = create_backend("reference");
 
     RegistrationResult run(const RigidTransform& start, const RegistrationOptions& options = {},
-                           const ProgressCallback& progress = {}) {
-        return register_volume(volume, views, start, options, *choice.backend, progress);
+                           const RunControl& control = {}) {
+        return register_volume(volume, views, start, options, *choice.backend, control);
     }
     [[nodiscard]] double mtre_mm(const RigidTransform& pose) const {
         return mean_target_error_mm(pose, truth, targets);
@@ -77,14 +76,13 @@ TEST(Registration, ReportsEveryLevelAndStep) {
     int calls = 0;
     double last_fraction = 0;
     const RegistrationResult result = c.run(perturbed_start(c.truth, c.targets, 6, 3), {.max_iterations_per_level = 5},
-                                            [&](const RegistrationProgress& p) {
+                                            {.on_progress = [&](const RegistrationProgress& p) {
                                                 ++calls;
                                                 EXPECT_EQ(p.levels, 2);
                                                 EXPECT_GE(p.fraction, last_fraction);
                                                 EXPECT_LE(p.fraction, 1);
                                                 last_fraction = p.fraction;
-                                                return true;
-                                            });
+                                            }});
     ASSERT_EQ(result.levels.size(), 2u);
     EXPECT_EQ(result.levels[0].image_sizes_px[0], Eigen::Vector2i(32, 32));
     EXPECT_EQ(result.levels[1].image_sizes_px[0], Eigen::Vector2i(64, 64));
@@ -98,12 +96,15 @@ TEST(Registration, ReportsEveryLevelAndStep) {
 
 TEST(Registration, StopsAtTheCallersWish) {
     SmallCase c;
-    try {
-        (void)c.run(perturbed_start(c.truth, c.targets, 8, 4), {}, [](const RegistrationProgress&) { return false; });
-        FAIL() << "must throw";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::cancelled);
-    }
+    StopSource source;
+    const RegistrationResult result =
+        c.run(perturbed_start(c.truth, c.targets, 8, 4), {},
+              {.on_progress = [&](const RegistrationProgress&) { source.request_stop(); }, .stop = source.token()});
+    EXPECT_EQ(result.termination, Termination::stopped);
+    EXPECT_FALSE(result.ok);
+    ASSERT_EQ(result.history.size(), 1u) << "the step after which it was asked is kept";
+    EXPECT_EQ(to_matrix(result.world_from_ct), to_matrix(result.history.front().world_from_ct));
+    EXPECT_NE(result.reasons.front().find("stopped by the caller"), std::string::npos);
 }
 
 TEST(Registration, TooFewIterationsAreDoubtfulWithAReason) {
@@ -114,18 +115,26 @@ TEST(Registration, TooFewIterationsAreDoubtfulWithAReason) {
     EXPECT_NE(result.reasons.front().find("max-iterations"), std::string::npos);
 }
 
-TEST(Registration, StopsBeforeTheNextBatchWhenCancelled) {
+TEST(Registration, StopsBeforeTheNextBatchWhenAsked) {
     SmallCase c;
-    int asked = 0;
-    RegistrationOptions options;
-    options.cancelled = [&] { return ++asked == 3; };
-    try {
-        (void)c.run(perturbed_start(c.truth, c.targets, 8, 4), options);
-        FAIL() << "must throw";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::cancelled);
-    }
-    EXPECT_EQ(asked, 3);
+    int batches = 0;
+    StopSource source;
+    const RegistrationResult result =
+        c.run(perturbed_start(c.truth, c.targets, 8, 4), {}, {.stop = source.token(), .meanwhile = [&] {
+                                                                  if (++batches == 3) source.request_stop();
+                                                              }});
+    EXPECT_EQ(result.termination, Termination::stopped);
+    EXPECT_EQ(batches, 3);
+}
+
+TEST(Registration, AStopBeforeTheFirstBatchGivesTheStart) {
+    SmallCase c;
+    StopSource source;
+    source.request_stop();
+    const RigidTransform start = perturbed_start(c.truth, c.targets, 8, 4);
+    const RegistrationResult result = c.run(start, {}, {.stop = source.token()});
+    EXPECT_EQ(to_matrix(result.world_from_ct), to_matrix(start));
+    EXPECT_FALSE(result.ok);
 }
 
 TEST(Registration, AFarResultIsDoubtful) {

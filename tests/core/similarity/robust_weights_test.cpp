@@ -1,11 +1,10 @@
-#include "core/similarity/robust_weights.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/similarity/robust_weights.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,5 +1,3 @@
-#include "core/similarity/similarity.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/similarity/similarity.h"
 
 namespace raylign::detail {
 namespace {

@@ -1,8 +1,7 @@
-#include "raylign/start.h"
-
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "raylign/start.h"
 
 namespace raylign::detail::apps {
 namespace {

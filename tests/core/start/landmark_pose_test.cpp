@@ -1,12 +1,11 @@
-#include "raylign/start.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "core/base/random.h"
-#include "io_files.h"
+#include "raylign/start.h"
+#include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {

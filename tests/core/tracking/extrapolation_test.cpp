@@ -1,8 +1,7 @@
-#include "core/tracking/extrapolation.h"
-
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/tracking/extrapolation.h"
 
 namespace raylign::detail {
 namespace {

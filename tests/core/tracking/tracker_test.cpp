@@ -1,5 +1,3 @@
-#include "raylign/tracking.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include "core/base/error.h"
 #include "raylign/backends.h"
 #include "raylign/targets.h"
+#include "raylign/tracking.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {
@@ -172,20 +171,15 @@ TEST(Track, BadInputIsRefusedAndLeavesTheTrackerAsItWas) {
 
 TEST(Track, StopsWhenAskedTo) {
     MovingSpine spine;
-    bool stop = false;
-    TrackOptions options;
-    options.registration.cancelled = [&stop] { return stop; };
-    Tracker tracker = spine.tracker(options);
+    Tracker tracker = spine.tracker({}), untouched = spine.tracker({});
     (void)tracker.feed(0, spine.xrays(0));
-    stop = true;
-    try {
-        (void)tracker.feed(1, spine.xrays(1));
-        FAIL() << "must stop";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::cancelled);
-    }
-    stop = false;
-    EXPECT_EQ(tracker.feed(1, spine.xrays(1)).status, TrackStatus::ok);
+    (void)untouched.feed(0, spine.xrays(0));
+    StopSource source;
+    source.request_stop();
+    EXPECT_EQ(tracker.feed(1, spine.xrays(1), {.stop = source.token()}).status, TrackStatus::stopped);
+    const TrackFrame again = tracker.feed(1, spine.xrays(1)), never_stopped = untouched.feed(1, spine.xrays(1));
+    EXPECT_EQ(again.status, TrackStatus::ok);
+    EXPECT_EQ(to_matrix(again.world_from_ct), to_matrix(never_stopped.world_from_ct)) << "the stop left no trace";
 }
 
 }  // namespace

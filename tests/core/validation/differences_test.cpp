@@ -1,9 +1,9 @@
-#include "core/validation/differences.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "core/validation/differences.h"
 
 namespace raylign::detail::validation {
 namespace {

@@ -1,13 +1,12 @@
-#include "core/registration/level/plan.h"
-
 #include <gtest/gtest.h>
 
+#include "core/registration/level/plan.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {
 namespace {
 
-Volume cube(int n, double spacing_mm) {
+Volume solid_cube(int n, double spacing_mm) {
     const VoxelGrid grid = centred_grid({n, n, n}, Eigen::Vector3d::Constant(spacing_mm));
     return {grid, std::vector<float>(static_cast<std::size_t>(grid.voxel_count()), 0.02F)};
 }
@@ -17,7 +16,7 @@ std::vector<LevelPlan> plan(const Volume& volume, const std::vector<View>& views
 }
 
 TEST(Levels, HalveFromTheFinestDownTo32Pixels) {
-    const auto levels = plan(cube(128, 1), test::biplane_views(256, 256));
+    const auto levels = plan(solid_cube(128, 1), test::biplane_views(256, 256));
     ASSERT_EQ(levels.size(), 4u);
     for (int i = 0; i < 4; ++i) {
         EXPECT_EQ(levels[i].image_halvings, std::vector<int>(2, 3 - i));
@@ -27,7 +26,7 @@ TEST(Levels, HalveFromTheFinestDownTo32Pixels) {
 }
 
 TEST(Levels, TheFilterKeepsItsWidthInMillimetresUntilOnePixel) {
-    const auto levels = plan(cube(128, 1), test::biplane_views(256, 256));
+    const auto levels = plan(solid_cube(128, 1), test::biplane_views(256, 256));
     EXPECT_EQ(levels[3].filter.sigma_px, 3);
     EXPECT_EQ(levels[3].filter.radius_px, 9);
     EXPECT_EQ(levels[2].filter.sigma_px, 1.5);
@@ -36,14 +35,14 @@ TEST(Levels, TheFilterKeepsItsWidthInMillimetresUntilOnePixel) {
 }
 
 TEST(Levels, PixelsFinerThanHalfAVoxelAreNotUsed) {
-    const auto levels = plan(cube(64, 1), test::biplane_views(1024, 128));  // pixels of 1/8 mm at the object
+    const auto levels = plan(solid_cube(64, 1), test::biplane_views(1024, 128));  // pixels of 1/8 mm at the object
     EXPECT_EQ(levels.back().image_halvings, std::vector<int>(2, 2));
     EXPECT_NEAR(levels.back().pixel_at_object_mm, 0.5, 1e-3);
     EXPECT_EQ(levels.back().volume_halvings, 0);
 }
 
 TEST(Levels, CoarseningStopsBeforeTheObjectIsASpeck) {
-    Volume rod = cube(64, 1);  // 6 mm thick along x and y, 64 mm long
+    Volume rod = solid_cube(64, 1);  // 6 mm thick along x and y, 64 mm long
     for (std::size_t i = 0; i < rod.attenuation_per_mm.size(); ++i) {
         const std::size_t x = i % 64, y = i / 64 % 64;
         if (x < 29 || x > 34 || y < 29 || y > 34) rod.attenuation_per_mm[i] = 0;
@@ -58,13 +57,13 @@ TEST(Levels, CoarseningStopsWhereAMaskLeavesTooFewPixels) {
         for (int x = 100; x < 164; ++x) views[1].weights(x, y) = 1;
     }
     // 64 px wide less 2 x 9: 46^2 px; then 32 less 2 x 5 (rounded): 22^2; then 16 less 2 x 3: too few.
-    EXPECT_EQ(plan(cube(128, 1), views).size(), 2u);
+    EXPECT_EQ(plan(solid_cube(128, 1), views).size(), 2u);
 }
 
 TEST(Levels, ASmallImageOrARequestGivesOneLevel) {
-    EXPECT_EQ(plan(cube(64, 1), test::biplane_views(40)).size(), 1u);
-    EXPECT_EQ(plan(cube(64, 1), test::biplane_views(256), 1).size(), 1u);
-    EXPECT_EQ(plan(cube(64, 1), test::biplane_views(256), 2).size(), 2u);
+    EXPECT_EQ(plan(solid_cube(64, 1), test::biplane_views(40)).size(), 1u);
+    EXPECT_EQ(plan(solid_cube(64, 1), test::biplane_views(256), 1).size(), 1u);
+    EXPECT_EQ(plan(solid_cube(64, 1), test::biplane_views(256), 2).size(), 2u);
 }
 
 }  // namespace

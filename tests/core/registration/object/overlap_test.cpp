@@ -1,10 +1,9 @@
-#include "core/registration/object/overlap.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/registration/object/overlap.h"
 #include "core/registration/trust/verdict.h"
 #include "tests/support/scenes.h"
 

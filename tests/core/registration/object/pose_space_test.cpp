@@ -1,10 +1,9 @@
-#include "core/registration/object/pose_space.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/registration/object/pose_space.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {

@@ -1,11 +1,10 @@
-#include "core/registration/object/resident_volume.h"
-
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
 #include "core/image/pyramid.h"
+#include "core/registration/object/resident_volume.h"
+#include "core/registration/registration.h"
 #include "raylign/backends.h"
-#include "raylign/registration.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
 
@@ -29,7 +28,7 @@ TEST(ResidentVolume, RegisteringOnItTwiceGivesTheBitsOfTwoRuns) {
         options.content = content;
         options.search.mode = Search::none;
         const RegistrationResult alone = register_volume(s.volume, s.views, s.start, options, *s.choice.backend);
-        const RegistrationResult shared = register_volume(resident, s.views, s.start, options);
+        const RegistrationResult shared = register_resident(resident, s.views, s.start, options);
         EXPECT_EQ(to_matrix(shared.world_from_ct), to_matrix(alone.world_from_ct));
         EXPECT_EQ(shared.cost_final, alone.cost_final);
         EXPECT_EQ(shared.counters.linearizations, alone.counters.linearizations);
@@ -64,7 +63,7 @@ TEST(ResidentVolume, AStepThatSuitsTheVolumeSuitsItsHalves) {
 TEST(ResidentVolume, OtherRenderSettingsAndBadVolumesAreRefused) {
     Scene64 s;
     ResidentVolume resident(s.volume, {}, *s.choice.backend);
-    EXPECT_THROW((void)register_volume(resident, s.views, s.start, {.render = {Projector::trilinear, 0}}), Error);
+    EXPECT_THROW((void)register_resident(resident, s.views, s.start, {.render = {Projector::trilinear, {}}}), Error);
     EXPECT_THROW(ResidentVolume(s.volume, {Projector::trilinear, -1}, *s.choice.backend), Error);
     Volume empty = s.volume;
     for (float& value : empty.attenuation_per_mm) value = 0;

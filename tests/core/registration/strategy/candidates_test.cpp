@@ -1,11 +1,10 @@
-#include "core/registration/strategy/candidates.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/registration/strategy/candidates.h"
 #include "raylign/backends.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"

@@ -1,11 +1,10 @@
-#include "core/registration/strategy/template_search.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "core/base/error.h"
 #include "core/image/region.h"
+#include "core/registration/strategy/template_search.h"
 #include "raylign/backends.h"
 #include "tests/support/scenes.h"
 
@@ -16,7 +15,7 @@ constexpr double kPixel_mm = 200.0 / 64;  // at the object
 
 /// One vertebra of the spine, and X-rays of all of it.
 struct TemplateCase {
-    TemplateCase() {
+    explicit TemplateCase(int threads = 2) : backend(create_backend("cpu", {.cpu = {.threads = threads}}).backend) {
         const Phantom spine = spine_phantom({160, 160, 160});
         bone = crop(test::spine_volume(64), {{18, 20, 22}, {46, 56, 42}});
         for (float& v : bone.attenuation_per_mm) v = std::max(0.F, v - 0.0215F);
@@ -24,9 +23,9 @@ struct TemplateCase {
         extent = object_extent(bone);
         session = backend->prepare({bone, views, {}, {Metric::gc, {.sigma_px = 0.75, .radius_px = 3}}});
     }
-    [[nodiscard]] TemplateFits search(const RigidTransform& nominal, TemplateRange range, int threads = 2) {
+    [[nodiscard]] TemplateFits search(const RigidTransform& nominal, TemplateRange range) {
         range.spacing_mm = kPixel_mm;
-        return poses_by_templates(*session, views, nominal, extent, range, 200, threads, [](double) {});
+        return poses_by_templates(*session, views, nominal, extent, range, 200, [](double) {});
     }
     /// Turned about the object's centre, then shifted.
     [[nodiscard]] RigidTransform away(const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& shift_mm) const {
@@ -38,7 +37,7 @@ struct TemplateCase {
     Volume bone;
     std::vector<View> views;
     ObjectExtent extent;
-    std::unique_ptr<Backend> backend = create_backend("cpu").backend;
+    std::unique_ptr<Backend> backend;
     std::unique_ptr<Session> session;
 };
 
@@ -98,10 +97,10 @@ TEST(TemplateSearch, OneViewKeepsTheDepth) {
 }
 
 TEST(TemplateSearch, IsTheSameForAnyNumberOfThreads) {
-    TemplateCase c;
-    const RigidTransform nominal = c.away({0.1, 0, 0}, {5, 5, 5});
-    const TemplateFits one = c.search(nominal, {.turn_rad = 0.4, .reach_mm = 15}, 1);
-    const TemplateFits three = c.search(nominal, {.turn_rad = 0.4, .reach_mm = 15}, 3);
+    TemplateCase with_one(1), with_three(3);
+    const RigidTransform nominal = with_one.away({0.1, 0, 0}, {5, 5, 5});
+    const TemplateFits one = with_one.search(nominal, {.turn_rad = 0.4, .reach_mm = 15});
+    const TemplateFits three = with_three.search(nominal, {.turn_rad = 0.4, .reach_mm = 15});
     ASSERT_EQ(one.best.size(), three.best.size());
     for (std::size_t i = 0; i < one.best.size(); ++i) {
         EXPECT_EQ(to_matrix(one.best[i].world_from_ct), to_matrix(three.best[i].world_from_ct));
@@ -125,7 +124,7 @@ TEST(TemplateSearch, MaskedPixelsAreNoEvidence) {
 TEST(TemplateSearch, CanBeStopped) {
     TemplateCase c;
     EXPECT_THROW((void)poses_by_templates(*c.session, c.views, c.truth, c.extent,
-                                          {.turn_rad = 0.7, .reach_mm = 20, .spacing_mm = kPixel_mm}, 10, 2,
+                                          {.turn_rad = 0.7, .reach_mm = 20, .spacing_mm = kPixel_mm}, 10,
                                           [](double) { throw Error("enough"); }),
                  Error);
 }
@@ -134,7 +133,7 @@ TEST(TemplateSearch, ALatticeTooFineForMemoryIsMadeWiderAndCanBeStopped) {
     TemplateCase c;
     const TemplateRange fine{.turn_rad = 0.01, .reach_mm = 20, .spacing_mm = 0.04};
     const auto search = [&](const std::function<void(double)>& progress) {
-        return poses_by_templates(*c.session, c.views, c.truth, c.extent, fine, 10, 2, progress);
+        return poses_by_templates(*c.session, c.views, c.truth, c.extent, fine, 10, progress);
     };
     int turns = 0;
     const TemplateFits few = c.search(c.truth, {.turn_rad = 0.01, .reach_mm = 20});

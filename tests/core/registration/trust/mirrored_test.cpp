@@ -1,9 +1,8 @@
-#include "core/registration/trust/mirrored.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/registration/object/resident_volume.h"
+#include "core/registration/trust/mirrored.h"
 #include "raylign/backends.h"
 #include "tests/support/scenes.h"
 
@@ -28,9 +27,11 @@ Phantom lopsided() {
 struct MirrorCase {
     MirrorCase() { views = test::with_exact_images(test::biplane_views(64), lopsided(), truth, 1e6); }
     std::optional<std::string> suspicion() {
-        ResidentVolume resident(volume, {}, *backend);
-        const RegistrationResult found = register_volume(resident, views, truth, {}, {});
-        return mirror_suspicion(resident, views, truth, {}, found);
+        const RegistrationResult found = register_volume(volume, views, truth, {}, *backend);
+        for (const std::string& reason : found.reasons) {
+            if (reason.find("reversed the images fit far better") != std::string::npos) return reason;
+        }
+        return std::nullopt;
     }
     RigidTransform truth = test::oblique_pose();
     Volume volume = voxelise(lopsided(), centred_grid({64, 64, 64}, {2, 2, 2}), 3);
@@ -68,10 +69,8 @@ TEST(Mirrored, AMaskThatHidesTheMirroredObjectIsNoError) {
             }
         }
     }
-    ResidentVolume resident(c.volume, {}, *c.backend);
-    const RegistrationOptions options{.content = Content::whole};
-    const RegistrationResult found = register_volume(resident, c.views, aside, options, {});
-    EXPECT_NO_THROW((void)mirror_suspicion(resident, c.views, aside, options, found));
+    const RegistrationResult found = register_volume(c.volume, c.views, aside, {.content = Content::whole}, *c.backend);
+    EXPECT_FALSE(found.ok) << "and so the mirrored images were tried";
 }
 
 TEST(Mirrored, NamesTheViewThatFitsReversed) {
@@ -99,6 +98,16 @@ TEST(Mirrored, IsNotSuspectedOfUnrelatedImages) {
     MirrorCase c;
     c.views = test::with_exact_images(test::biplane_views(64), ellipsoid_phantom({90, 120, 100}), c.truth, 1e6);
     EXPECT_FALSE(c.suspicion());
+}
+
+TEST(Mirrored, IsNotLookedIntoWhereTheCallerDoesNotWant) {
+    MirrorCase c;
+    c.views[0] = with_columns_reversed(c.views[0]);
+    const auto reasons = [&](const RegistrationOptions& options) {
+        return register_volume(c.volume, c.views, c.truth, options, *c.backend).reasons;
+    };
+    EXPECT_THAT(reasons({}), testing::Contains(HasSubstr("reversed the images")));
+    EXPECT_THAT(reasons({.suspect_mirrored = false}), Not(testing::Contains(HasSubstr("reversed the images"))));
 }
 
 }  // namespace

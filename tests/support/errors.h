@@ -1,0 +1,30 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "raylign/error.h"
+
+namespace raylign::detail::test {
+
+/// The message of the Error that `action` throws; "" (and a failure) if it throws none. What is printed meanwhile is a
+/// failure: the library and what it uses are silent.
+inline std::string error_of(const std::function<void()>& action) {
+    std::string message;
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    try {
+        action();
+    } catch (const Error& error) {
+        message = error.what();
+        EXPECT_EQ(error.kind(), ErrorKind::input);
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_NE(message, "") << "no Error was thrown";
+    return message;
+}
+
+}  // namespace raylign::detail::test
