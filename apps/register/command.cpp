@@ -1,13 +1,13 @@
 #include <iostream>
 
 #include "apps/pictures/overlay.h"
-#include "apps/register/flags.h"
 #include "apps/register/inputs.h"
 #include "apps/register/report.h"
 #include "apps/register/summary.h"
 #include "apps/report_page/report_page.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
+#include "apps/shared/flags.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/manifest.h"

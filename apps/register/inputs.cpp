@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "apps/register/first_guess.h"
+#include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"

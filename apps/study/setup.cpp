@@ -1,7 +1,7 @@
 #include "apps/study/setup.h"
 
 #include "apps/shared/interrupt.h"
-#include "apps/study/simulated_views.h"
+#include "apps/shared/simulated_views.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/io/pose.h"

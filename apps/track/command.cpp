@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <iostream>
 
-#include "apps/register/flags.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
+#include "apps/shared/flags.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "apps/track/pictures.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "apps/register/first_guess.h"
+#include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
 #include "core/io/files/json_node.h"
 #include "core/registration/object/pose_space.h"

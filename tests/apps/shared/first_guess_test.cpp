@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "apps/register/first_guess.h"
+#include "apps/shared/first_guess.h"
 #include "core/base/error.h"
 #include "raylign/io/pose.h"
 #include "tests/apps/small_case.h"

@@ -1,4 +1,4 @@
-#include "apps/register/first_guess.h"
+#include "apps/shared/first_guess.h"
 
 #include <algorithm>
 #include <cmath>

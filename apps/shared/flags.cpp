@@ -1,4 +1,4 @@
-#include "apps/register/flags.h"
+#include "apps/shared/flags.h"
 
 namespace raylign::detail::apps {
 
