@@ -135,6 +135,9 @@ Json agreement(const Study& study, const StudyJournal& journal) {
     return list;
 }
 
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+/// Everything but the inputs' bytes and the cases that decides a trial's result.
 Json settings(const Study& study) {
     const RegisterOptions& options = study.options.registration;
     return {{"preset", study.options.preset},
@@ -149,7 +152,17 @@ Json settings(const Study& study) {
             {"max_iterations", options.max_iterations},
             {"hu_preset", options.volume.hu_preset},
             {"hu_offset", options.volume.hu_offset},
-            {"attenuation", options.volume.attenuation}};
+            {"attenuation", options.volume.attenuation},
+            {"spacing", options.volume.spacing},
+            {"label", options.volume.label},
+            {"object", options.volume.object},
+            {"bone_threshold", or_null(options.volume.bone_threshold)},
+            {"clip", or_null(options.volume.clip)},
+            {"interpolation", options.engine.interpolation},
+            {"crop", options.engine.crop},
+            {"slices", options.engine.slices},
+            {"reduction", options.engine.reduction},
+            {"readback", options.engine.readback}};
 }
 
 std::string share_text(const Proportion& p) {
