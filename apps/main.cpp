@@ -2,23 +2,12 @@
 #include <new>
 
 #include "apps/shared/commands.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "core/base/error.h"
 
 namespace {
-
-using raylign::ErrorKind;
-
-int exit_code(ErrorKind kind) {
-    switch (kind) {
-        case ErrorKind::unavailable:
-            return 3;
-        case ErrorKind::input:
-            break;
-    }
-    return 2;
-}
 
 /// CLI11 does not name a mistyped command: it finds none.
 std::string usage_problem(const CLI::App& app, const std::string& found, int argc, char** argv) {
@@ -62,7 +51,7 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         return complain(app, usage_problem(app, error.what(), argc, argv), 2);
     } catch (const raylign::Error& error) {
-        return complain(app, error.what(), exit_code(error.kind()));
+        return complain(app, error.what(), raylign::detail::apps::exit_code_of(error.kind()));
     } catch (const raylign::detail::apps::Interrupted& interrupted) {
         return complain(app, interrupted.what(), 130);
     } catch (const std::bad_alloc&) {

@@ -1,6 +1,7 @@
 #include <iostream>
 
 #include "apps/shared/commands.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/progress_bar.h"
@@ -14,25 +15,43 @@ namespace {
 
 constexpr const char* kJournal = "study.journal";
 
-/// Sets up on every rank, or on none: returns true where all could, and rank 0 throws the first problem.
-bool all_are_ready(Ranks& ranks, const std::string& config, const std::string& problem) {
-    const std::vector<std::string> problems = ranks.exchange(problem);
-    const std::vector<std::string> configs = ranks.exchange(config);
+/// How setting up went on one rank.
+struct Readiness {
+    std::string config;
+    int exit_code = 0;  ///< 0 = it can
+    std::string problem;
+};
+
+Readiness get_ready(const StudyOptions& options, std::optional<Study>& study) {
+    try {
+        study.emplace(set_up_study(options));
+        return {study_config(*study)};
+    } catch (const Error& error) {
+        return {"", exit_code_of(error.kind()), error.what()};
+    }
+}
+
+/// Starts on every rank, or on none: returns 0 where all can, else the exit code of the first that cannot, on every
+/// rank; rank 0 tells its problem.
+int agreed_exit_code(Ranks& ranks, const Readiness& own) {
+    const std::vector<std::string> configs = ranks.exchange(own.config);
+    const std::vector<std::string> codes = ranks.exchange(std::to_string(own.exit_code));
+    const std::vector<std::string> problems = ranks.exchange(own.problem);
+    const auto tell = [&ranks](int rank, const std::string& problem) {
+        if (ranks.rank() != 0) return;
+        std::cerr << "raylign study: " << (rank == 0 ? "" : "rank " + std::to_string(rank) + ": ") << problem << "\n";
+    };
     for (int r = 0; r < ranks.size(); ++r) {
-        const std::string who = r == 0 ? "" : "rank " + std::to_string(r) + ": ";
-        if (!problems[r].empty()) {
-            if (ranks.rank() == 0) std::cerr << "raylign study: " << who << problems[r] << "\n";
-            return false;
+        if (codes[r] != "0") {
+            tell(r, problems[r]);
+            return std::stoi(codes[r]);
         }
         if (configs[r] != configs[0]) {
-            if (ranks.rank() == 0) {
-                std::cerr << "raylign study: " << who
-                          << "sees other inputs, options or engines than rank 0 (another processor or file?)\n";
-            }
-            return false;
+            tell(r, "sees other inputs, options or engines than rank 0 (another processor or file?)");
+            return exit_code_of(ErrorKind::input);
         }
     }
-    return true;
+    return 0;
 }
 
 void write_results(const Study& study, const StudyJournal& journal, const Invocation& invocation) {
@@ -85,15 +104,9 @@ void check_outputs(const StudyOptions& options) {
 
 int run_study_with_ranks(const StudyOptions& options, const Invocation& invocation, Ranks& ranks) {
     std::optional<Study> study;
-    std::string config, problem;
-    try {
-        study.emplace(set_up_study(options));
-        config = study_config(*study);
-    } catch (const Error& error) {
-        problem = error.what();
-    }
-    if (!all_are_ready(ranks, config, problem)) return 2;
-    if (ranks.rank() == 0) return run_trials(*study, config, invocation, &ranks);
+    const Readiness own = get_ready(options, study);
+    if (const int code = agreed_exit_code(ranks, own); code != 0) return code;
+    if (ranks.rank() == 0) return run_trials(*study, own.config, invocation, &ranks);
     run_as_worker(*study, ranks);
     return 0;
 }
