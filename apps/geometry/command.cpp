@@ -4,6 +4,7 @@
 #include "apps/geometry/summary.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
+#include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 #include "core/io/files/text.h"
@@ -15,7 +16,15 @@ namespace {
 
 enum class OutputFormat { views_json, mayacam2, rtk, plastimatch, opencv };
 
-std::optional<double> given(double value) { return value == 0 ? std::nullopt : std::optional(value); }
+struct GeometryOptions {
+    std::vector<std::string> files;
+    std::filesystem::path output;   ///< "" = print only
+    std::string format;             ///< of the output; "" = by its extension
+    std::string size, pixel_pitch;  ///< "W,H" [px], "X,Y" [mm]; "" = from the file
+    double sdd_mm = 0;              ///< 0 = from the file
+    std::string flip;               ///< "" = the format's own
+    bool json = false;
+};
 
 GeometryHints hints_of(const GeometryOptions& options) {
     GeometryHints hints;

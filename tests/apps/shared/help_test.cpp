@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "raylign/version.h"
 #include "tests/apps/run_program.h"
 
 namespace raylign::detail::test {

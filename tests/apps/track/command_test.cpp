@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "apps/track/run.h"
 #include "core/base/error.h"
+#include "raylign/backends.h"
 #include "raylign/io/image.h"
 #include "raylign/io/trajectory.h"
 #include "tests/apps/track/track_case.h"
@@ -228,11 +231,12 @@ TEST_F(TrackCommand, CtrlCBeforeTheFirstFrameLeavesNothing) {
 }
 
 TEST_F(TrackCommand, AStoppedRunKeepsWhatItHad) {
-    scene.write_femur_frames(1, 4);
+    constexpr std::size_t kFrames = 12;
+    scene.write_femur_frames(1, kFrames);
     apps::TrackCommandOptions options;
-    options.registration.volume.file = folder.path("femur.mha");
-    options.registration.volume.attenuation = true;
-    options.registration.views = {folder.path("geometry.json")};
+    options.volume.file = folder.path("femur.mha");
+    options.volume.attenuation = true;
+    options.views.files = {folder.path("geometry.json")};
     options.frames = {"AP=" + folder.path("AP.%d.tif"), "LAT=" + folder.path("LAT.%d.tif")};
     options.starts = {folder.path("f.json")};
     const apps::TrackInputs inputs = apps::read_track_inputs(options);
@@ -240,15 +244,26 @@ TEST_F(TrackCommand, AStoppedRunKeepsWhatItHad) {
     write_text_file(folder.path("track/trajectory.partial.csv"), "of an earlier run");
     apps::TrackJournal journal(folder.path("track"), inputs.view_names());
     EXPECT_EQ(read_text(folder.path("track/trajectory.partial.old.csv")), "of an earlier run");
-    TrackOptions track = apps::track_options(options, 1);
+    const TrackOptions track = apps::track_options(options, 1);
     const auto partial = [&] { return read_trajectory(folder.path("track/trajectory.partial.csv")); };
-    track.registration.cancelled = [&] { return partial().size() == 2; };  // after the second frame
+    StopSource stop;
+    std::thread watch([&] {  // asks once the header and two frames are on the disk
+        const auto lines = [&] {
+            const std::string text = read_text(folder.path("track/trajectory.partial.csv"));
+            return std::ranges::count(text, '\n');
+        };
+        while (lines() < 3) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        stop.request_stop();
+    });
     const auto backend = create_backend("cpu").backend;
-    const apps::TrackRecord record = apps::run_track(inputs, track, *backend, apps::ProgressBar::Show::never, journal);
-    EXPECT_EQ(record.instants, 2u);
-    EXPECT_EQ(record.rows.size(), 2u);
+    const apps::TrackRecord record =
+        apps::run_track(inputs, track, *backend, apps::ProgressBar::Show::never, journal, stop.token());
+    watch.join();
+    EXPECT_GE(record.instants, 2u);
+    EXPECT_LT(record.instants, kFrames);
+    EXPECT_EQ(record.rows.size(), record.instants);
     EXPECT_TRUE(record.stopped_by);
-    ASSERT_EQ(partial().size(), 2u) << "on the disk while the run goes on";
+    ASSERT_EQ(partial().size(), record.rows.size()) << "on the disk while the run goes on";
     EXPECT_EQ(partial()[1].frame.frame, 2);
     journal.remove();
     EXPECT_FALSE(std::filesystem::exists(folder.path("track/trajectory.partial.csv")));
