@@ -6,17 +6,18 @@
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace {
 
 /// CLI11 does not name a mistyped command: it finds none.
 std::string usage_problem(const CLI::App& app, const std::string& found, int argc, char** argv) {
     if (!app.get_subcommands().empty() || argc < 2 || argv[1][0] == '-') return found + " (--help lists the options)";
-    std::string valid;
+    std::vector<std::string> valid;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-        valid += (valid.empty() ? "" : ", ") + command->get_name();
+        valid.push_back(command->get_name());
     }
-    return raylign::detail::bad_value("command", argv[1], "one of " + valid).what();
+    return raylign::detail::bad_value("command", argv[1], "one of " + raylign::detail::joined(valid)).what();
 }
 
 int complain(const CLI::App& app, const std::string& message, int code) {

@@ -11,7 +11,7 @@
 namespace raylign::detail::apps {
 namespace {
 
-std::string preset_names() {
+std::string hu_preset_names() {
     std::vector<std::string_view> names;
     for (const HuPreset& preset : hu_presets()) names.push_back(preset.name);
     return joined(names);
@@ -45,7 +45,7 @@ void add_volume_flags(CLI::App& command, VolumeFlags& flags) {
         "FILE (required)", kInputGroup);
     describe(
         command.add_option("--hu", flags.hu_preset,
-                           "HU to 1/mm: " + preset_names() + "; default " + std::string(hu_presets().front().name)),
+                           "HU to 1/mm: " + hu_preset_names() + "; default " + std::string(hu_presets().front().name)),
         "PRESET", kInputGroup);
     describe(command.add_option("--hu-offset", flags.hu_offset,
                                 "Added to the stored values to get HU, e.g. -1024; default 0"),
