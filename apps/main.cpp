@@ -2,32 +2,22 @@
 #include <new>
 
 #include "apps/shared/commands.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace {
-
-using raylign::ErrorKind;
-
-int exit_code(ErrorKind kind) {
-    switch (kind) {
-        case ErrorKind::unavailable:
-            return 3;
-        case ErrorKind::input:
-            break;
-    }
-    return 2;
-}
 
 /// CLI11 does not name a mistyped command: it finds none.
 std::string usage_problem(const CLI::App& app, const std::string& found, int argc, char** argv) {
     if (!app.get_subcommands().empty() || argc < 2 || argv[1][0] == '-') return found + " (--help lists the options)";
-    std::string valid;
+    std::vector<std::string> valid;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-        valid += (valid.empty() ? "" : ", ") + command->get_name();
+        valid.push_back(command->get_name());
     }
-    return raylign::detail::bad_value("command", argv[1], "one of " + valid).what();
+    return raylign::detail::bad_value("command", argv[1], "one of " + raylign::detail::joined(valid)).what();
 }
 
 int complain(const CLI::App& app, const std::string& message, int code) {
@@ -62,7 +52,7 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         return complain(app, usage_problem(app, error.what(), argc, argv), 2);
     } catch (const raylign::Error& error) {
-        return complain(app, error.what(), exit_code(error.kind()));
+        return complain(app, error.what(), raylign::detail::apps::exit_code_of(error.kind()));
     } catch (const raylign::detail::apps::Interrupted& interrupted) {
         return complain(app, interrupted.what(), 130);
     } catch (const std::bad_alloc&) {

@@ -5,7 +5,7 @@
 
 #include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
-#include "apps/study/simulated_views.h"
+#include "apps/shared/simulated_views.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/simulate.h"

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/shared/options.h"
 #include "raylign/phantom.h"
+#include "raylign/registration.h"
 
 namespace raylign::detail::apps {
 

@@ -3,12 +3,15 @@
 
 #include "apps/compare/report.h"
 #include "apps/report_page/report_page.h"
+#include "apps/shared/append.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/options.h"
+#include "apps/shared/outputs.h"
+#include "apps/shared/parse.h"
 #include "apps/shared/progress_bar.h"
-#include "apps/study/options.h"
-#include "apps/study/simulated_views.h"
+#include "apps/shared/simulated_views.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 #include "raylign/io/pose.h"
@@ -20,18 +23,18 @@ namespace {
 
 struct CompareFlags {
     VolumeFlags volume;
-    EngineFlags engine;  ///< backend: a list with commas; "" = all that run here
-    std::filesystem::path views, pose, targets, output;
+    BackendFlags backend;  ///< name: a list with commas; "" = all that run here
+    std::filesystem::path views, pose, targets;
     std::string method = "auto", metric = "gc";
     CompareOptions compare;
-    bool quiet = false, json = false;
+    OutputFlags output;
 };
 
 /// The oracle first: reference where it is asked for, else the first named.
 std::vector<std::string> names_of(const CompareFlags& flags) {
     std::vector<std::string> names;
-    if (!flags.engine.backend.empty()) {
-        names = parse_list(flags.engine.backend, "--backends");
+    if (!flags.backend.name.empty()) {
+        names = parse_list(flags.backend.name, "--backends");
     } else {
         for (const BackendStatus& status : backend_statuses()) {
             if (status.available) names.push_back(status.name);
@@ -55,7 +58,7 @@ CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
     run.files = {flags.pose};
     ViewsFile views = read_views(flags.views, ReadImages::if_named);
     inputs.views = std::move(views.views);
-    run.files.insert(run.files.end(), views.files.begin(), views.files.end());
+    append(run.files, views.files);
     run.notes = views.notes;
     if (!flags.targets.empty()) {
         inputs.targets = read_targets(flags.targets);
@@ -63,8 +66,8 @@ CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
     }
     VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
     inputs.volume = std::move(volume.volume);
-    run.files.insert(run.files.end(), volume.files.begin(), volume.files.end());
-    run.notes.insert(run.notes.end(), volume.notes.begin(), volume.notes.end());
+    append(run.files, volume.files);
+    append(run.notes, volume.notes);
     stop_if_interrupted();
     if (inputs.targets.empty()) inputs.targets = default_targets_ct_mm(inputs.volume);
     run.simulation =
@@ -90,8 +93,8 @@ std::vector<PageOverlay> pictures(const CompareInputs& inputs, const std::vector
 }
 
 Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<NamedBackend>& engines,
-                                 CompareOptions options, ProgressBar::Show show) {
-    ProgressBar bar(show);
+                                 CompareOptions options, const OutputFlags& output) {
+    ProgressBar bar(output);
     options.progress = [&bar](const std::string& stage, double fraction) {
         bar.draw(std::to_string(static_cast<int>(100 * fraction)) + "%  " + stage);
     };
@@ -103,11 +106,9 @@ Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<
 }
 
 void check(const CompareFlags& flags) {
-    DrrOptions shared;  // the same flags obey the same rules
-    shared.volume = flags.volume;
-    shared.engine = flags.engine;
-    settle_conflicts(shared);
-    refuse_to_overwrite({flags.volume.file, flags.views, flags.pose, flags.targets}, flags.output,
+    settle_conflicts(flags.volume);
+    settle_conflicts(flags.backend);
+    refuse_to_overwrite({flags.volume.file, flags.views, flags.pose, flags.targets}, flags.output.folder,
                         {"compare.json", "compare.html"});
 }
 
@@ -116,30 +117,30 @@ int run_compare(const CompareFlags& flags, const Invocation& invocation) {
     CompareRun run{invocation, {}, {}, flags.compare, {}, {}, {}};
     run.options.method = method_from_name(flags.method);
     run.options.similarity.metric = metric_from_name(flags.metric);
-    run.options.render = render_settings(flags.engine);
+    run.options.render = render_settings(flags.backend);
     std::vector<std::unique_ptr<Backend>> backends;
     std::vector<NamedBackend> engines;
     for (const std::string& name : names_of(flags)) {
-        EngineFlags one = flags.engine;
-        one.backend = name;
+        BackendFlags one = flags.backend;
+        one.name = name;
         backends.push_back(choose_backend(one).backend);
         run.backends.push_back(backends.back()->info());
         engines.push_back({run.backends.back().name, backends.back().get()});
     }
     const CompareInputs inputs = read_inputs(flags, run);
-    OutputFolder folder(flags.output);
-    run.comparison = compare_with_progress(inputs, engines, run.options,
-                                           flags.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals);
+    OutputFolder folder(flags.output.folder);
+    run.comparison = compare_with_progress(inputs, engines, run.options, flags.output);
     const std::string json = compare_json(run);
     write_text(folder.stage("compare.json"), json);
     const std::filesystem::path page = folder.stage("compare.html");
     write_text(page, report_page("compare", json, pictures(inputs, engines, run, page.parent_path())));
     stop_if_interrupted();
     folder.commit();
-    if (flags.json) {
+    if (flags.output.json) {
         std::cout << json;
-    } else if (!flags.quiet) {
-        std::cout << compare_table(run) << "written: " << flags.output.string() << ": compare.html compare.json\n";
+    } else if (!flags.output.quiet) {
+        std::cout << compare_table(run) << "written: " << flags.output.folder.string()
+                  << ": compare.html compare.json\n";
     }
     return run.comparison.agrees() ? 0 : 1;
 }
@@ -160,23 +161,23 @@ void add_compare_flags(CLI::App& command, CompareFlags& flags) {
              kMethodGroup);
     describe(command.add_option("--metric", flags.metric, "gc or ncc; default gc"), "NAME", kMethodGroup);
     describe(command.add_option("--seed", compare.seed, "Of poses and starts; default 1"), "N", kMethodGroup);
-    add_engine_flags(command, flags.engine);
+    add_backend_flags(command, flags.backend);
     command.remove_option(command.get_option("--backend"));
-    describe(command.add_option("--backends", flags.engine.backend,
+    describe(command.add_option("--backends", flags.backend.name,
                                 "Names with commas; reference, or else the first, is the oracle;\n"
                                 "default: all that run here"),
              "NAMES", kBackendGroup);
-    describe(command.add_option("-o,--output", flags.output, "Folder for compare.html and compare.json")->required(),
-             "DIR (required)", kOutputGroup);
-    command.add_flag("--json", flags.json, "Print compare.json and nothing else; default off")->group(kOutputGroup);
-    command.add_flag("--quiet", flags.quiet, "No progress bar, no table; default off")->group(kOutputGroup);
+    add_output_flags(command, flags.output,
+                     {.folder = "Folder for compare.html and compare.json",
+                      .json_file = "compare.json",
+                      .quiet = "No progress bar, no table"});
 }
 
 }  // namespace
 
 void add_compare_command(CLI::App& app, Job& job) {
     const auto flags = std::make_shared<CompareFlags>();
-    flags->engine.backend.clear();
+    flags->backend.name.clear();
     CLI::App& command = *app.add_subcommand("compare", "Check that engines agree, on your CT and views");
     add_volume_flags(command, flags->volume);
     describe(
@@ -185,9 +186,7 @@ void add_compare_command(CLI::App& app, Job& job) {
     describe(
         command.add_option("--pose", flags->pose, "world_from_ct to compare around: pose.json or .tfm")->required(),
         "FILE (required)", kStartGroup);
-    describe(
-        command.add_option("--targets", flags->targets, "Points in the CT (JSON, CSV, .fcsv); default: over the bone"),
-        "FILE", kStartGroup);
+    add_targets_flag(command, flags->targets, kStartGroup, "");
     add_compare_flags(command, *flags);
     finish_command(
         command,

@@ -1,16 +1,13 @@
 #include "apps/compare/report.h"
 
 #include <cmath>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "apps/shared/lines.h"
 #include "apps/shared/manifest.h"
 #include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// JSON has no infinity: an engine that cannot do a thing is infinitely far from one that can.
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -49,9 +46,6 @@ Json sweeps_json(const Comparison& comparison) {
 Json registrations_json(const Comparison& comparison) {
     Json list = Json::array();
     for (const CompareRegistration& r : comparison.registrations) {
-        const Eigen::Matrix4d m = to_matrix(r.world_from_ct);
-        Json pose = Json::array();
-        for (int i = 0; i < 4; ++i) pose.push_back({m(i, 0), m(i, 1), m(i, 2), m(i, 3)});
         list.push_back({{"backend", r.backend},
                         {"start", r.start},
                         {"mtre_to_oracle_mm", r.mtre_to_oracle_mm},
@@ -59,7 +53,7 @@ Json registrations_json(const Comparison& comparison) {
                         {"cost", finite(r.cost)},
                         {"iterations", r.iterations},
                         {"time_s", r.time_s},
-                        {"world_from_ct", pose}});
+                        {"world_from_ct", matrix_json(r.world_from_ct)}});
     }
     return list;
 }
@@ -86,24 +80,20 @@ std::string compare_json(const CompareRun& run) {
     report["sweeps"] = sweeps_json(run.comparison);
     report["registrations"] = registrations_json(run.comparison);
     report["backends"] = Json::array();
-    for (const BackendInfo& info : run.backends) report["backends"].push_back(Json::parse(backend_json(info)));
-    report["machine"] = Json::parse(machine_json());
-    report["inputs"] = Json::parse(inputs_json(run.files));
+    for (const BackendInfo& info : run.backends) report["backends"].push_back(backend_json(info));
+    report["machine"] = machine_json();
+    report["inputs"] = inputs_json(run.files);
     report["notes"] = run.notes;
-    return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return indented(report);
 }
 
 std::string compare_table(const CompareRun& run) {
-    std::string text;
-    char line[640];
-    std::snprintf(line, sizeof line, "%-10s %-52s %10s %10s  %s\n", "engine", "quantity", "largest", "allowed", "");
-    text += line;
+    std::string text = format("%-10s %-52s %10s %10s  %s\n", "engine", "quantity", "largest", "allowed", "");
     std::size_t wrong = 0;
     for (const CompareRow& row : run.comparison.rows) {
         const std::string quantity = row.quantity + (row.unit.empty() ? "" : " [" + row.unit + "]");
-        std::snprintf(line, sizeof line, "%-10s %-52s %10.2g %10.2g  %s\n", row.other.c_str(), quantity.c_str(),
-                      row.value, row.tolerance.value, row.agrees ? "agrees" : "DISAGREES");
-        text += line;
+        text += format("%-10s %-52s %10.2g %10.2g  %s\n", row.other.c_str(), quantity.c_str(), row.value,
+                       row.tolerance.value, row.agrees ? "agrees" : "DISAGREES");
         if (row.agrees) continue;
         ++wrong;
         text += "           at " + row.where + "; allowed because: " + row.tolerance.reason + "\n";

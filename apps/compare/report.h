@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/shared/options.h"
+#include "apps/shared/invocation.h"
 #include "core/validation/compare.h"
 
 namespace raylign::detail::apps {

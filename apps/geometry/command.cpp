@@ -4,8 +4,10 @@
 #include "apps/geometry/summary.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
+#include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
+#include "core/io/files/text.h"
 #include "raylign/io/geometry.h"
 #include "raylign/io/views.h"
 
@@ -14,7 +16,15 @@ namespace {
 
 enum class OutputFormat { views_json, mayacam2, rtk, plastimatch, opencv };
 
-std::optional<double> given(double value) { return value == 0 ? std::nullopt : std::optional(value); }
+struct GeometryOptions {
+    std::vector<std::string> files;
+    std::filesystem::path output;   ///< "" = print only
+    std::string format;             ///< of the output; "" = by its extension
+    std::string size, pixel_pitch;  ///< "W,H" [px], "X,Y" [mm]; "" = from the file
+    double sdd_mm = 0;              ///< 0 = from the file
+    std::string flip;               ///< "" = the format's own
+    bool json = false;
+};
 
 GeometryHints hints_of(const GeometryOptions& options) {
     GeometryHints hints;
@@ -41,10 +51,10 @@ GeometryHints hints_of(const GeometryOptions& options) {
     return hints;
 }
 
-bool is_json(const std::filesystem::path& path) { return path.extension() == ".json"; }
+std::string extension_of(const std::filesystem::path& path) { return lower_case(path.extension().string()); }
 
 void append_file(const std::filesystem::path& path, const GeometryHints& hints, std::vector<ViewSummary>& summaries) {
-    if (!is_json(path)) {
+    if (extension_of(path) != ".json") {
         const std::string format(format_name(geometry_format_of(path)));
         for (const GeometryView& view : read_geometry(path, hints)) {
             summaries.push_back({path, format, view.name, view.geometry, view.flip, view.assumptions});
@@ -82,7 +92,7 @@ OutputFormat output_format(const GeometryOptions& options) {
     if (!options.format.empty()) {
         throw bad_value("--format", options.format, "one of views, mayacam2, rtk, plastimatch, opencv");
     }
-    const std::string extension = options.output.extension().string();
+    const std::string extension = extension_of(options.output);
     if (extension == ".json") return OutputFormat::views_json;
     if (extension == ".xml") return OutputFormat::rtk;
     if (extension == ".yml" || extension == ".yaml") return OutputFormat::opencv;

@@ -1,31 +1,20 @@
 #include "apps/geometry/summary.h"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 
+#include "apps/shared/json_text.h"
+#include "apps/shared/lines.h"
 #include "core/base/linear_algebra.h"
 
 namespace raylign::detail::apps {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-std::string format(const char* pattern, ...) {
-    char text[256];
-    va_list arguments;
-    va_start(arguments, pattern);
-    std::vsnprintf(text, sizeof text, pattern, arguments);
-    va_end(arguments);
-    return text;
-}
-
-std::string line(const char* label, const std::string& text) { return format("  %-12s", label) + text + "\n"; }
+/// Wider than a summary's: of the longest label.
+std::string view_line(const char* label, const std::string& text) { return line(label, text, 12); }
 
 std::string point_text(const Eigen::Vector3d& p) { return format("(%.3f, %.3f, %.3f)", p.x(), p.y(), p.z()); }
 
@@ -58,60 +47,48 @@ std::string flip_text(ImageFlip flip) {
 
 std::string isocentre_lines(const ViewGeometry& view) {
     const std::optional<double> depth = isocentre_depth_mm(view);
-    if (!depth) return line("isocentre", "the world's origin lies BEHIND the source: mirrored, or another world?");
+    if (!depth) return view_line("isocentre", "the world's origin lies BEHIND the source: mirrored, or another world?");
     const Eigen::Vector2d field = field_mm(view, *depth);
     const Eigen::Vector2d pixel = project(view, Eigen::Vector3d::Zero());
-    return line("isocentre",
-                format(
-                    "world's origin: %.3f mm before the source, at pixel (%.2f, %.2f)%s", *depth, pixel.x(), pixel.y(),
-                    (pixel - middle_px(view)).cwiseAbs().cwiseQuotient(view.camera.size_px.cast<double>()).maxCoeff() >
-                            0.5
-                        ? ", outside the image"
-                        : "")) +
-           line("field", format("%.1f x %.1f mm at the isocentre", field.x(), field.y()));
+    return view_line(
+               "isocentre",
+               format(
+                   "world's origin: %.3f mm before the source, at pixel (%.2f, %.2f)%s", *depth, pixel.x(), pixel.y(),
+                   (pixel - middle_px(view)).cwiseAbs().cwiseQuotient(view.camera.size_px.cast<double>()).maxCoeff() >
+                           0.5
+                       ? ", outside the image"
+                       : "")) +
+           view_line("field", format("%.1f x %.1f mm at the isocentre", field.x(), field.y()));
 }
 
 std::string view_text(const ViewSummary& summary) {
     const ViewGeometry& view = summary.geometry;
     const Eigen::Matrix3d& k = view.camera.intrinsics_px;
     std::string text = summary.name + "  (" + summary.format + ", " + summary.file.string() + ")\n";
-    text +=
-        line("image", format("%d x %d px", view.camera.size_px.x(), view.camera.size_px.y()) +
+    text += view_line("image",
+                      format("%d x %d px", view.camera.size_px.x(), view.camera.size_px.y()) +
                           (summary.flip == ImageFlip::none ? "" : ", stored " + flip_text(summary.flip) + " reversed"));
-    text += line(
+    text += view_line(
         "K", format("fx %.4f  fy %.4f  cx %.4f  cy %.4f  skew %.4g px", k(0, 0), k(1, 1), k(0, 2), k(1, 2), k(0, 1)));
-    text += line("source", point_text(source_world_mm(view)) + " mm in world");
+    text += view_line("source", point_text(source_world_mm(view)) + " mm in world");
     if (view.camera.sdd_mm) {
         const Eigen::Vector2d pitch = *view.camera.pixel_pitch_mm();
-        text +=
-            line("detector", point_text(at_depth(view, middle_px(view), *view.camera.sdd_mm)) +
-                                 " mm in world (image middle), sdd " +
-                                 format("%.3f mm, pixels %.5g x %.5g mm", *view.camera.sdd_mm, pitch.x(), pitch.y()));
+        text += view_line("detector",
+                          point_text(at_depth(view, middle_px(view), *view.camera.sdd_mm)) +
+                              " mm in world (image middle), sdd " +
+                              format("%.3f mm, pixels %.5g x %.5g mm", *view.camera.sdd_mm, pitch.x(), pitch.y()));
     } else {
-        text += line("detector", "distance unknown");
+        text += view_line("detector", "distance unknown");
     }
     const Eigen::Matrix3d axes = view.camera_from_world.rotation;
-    text += line("axes", "columns " + point_text(axes.row(0)) + ", rows " + point_text(axes.row(1)) + " in world");
+    text += view_line("axes", "columns " + point_text(axes.row(0)) + ", rows " + point_text(axes.row(1)) + " in world");
     const CArmAngles angles = c_arm_angles(view.camera_from_world);
-    text += line("angles", format("primary %+.3f, secondary %+.3f, in-plane %+.3f degrees (if the world is LPS)",
-                                  angles.primary_deg, angles.secondary_deg, angles.in_plane_deg));
+    text += view_line("angles", format("primary %+.3f, secondary %+.3f, in-plane %+.3f degrees (if the world is LPS)",
+                                       angles.primary_deg, angles.secondary_deg, angles.in_plane_deg));
     text += isocentre_lines(view);
-    for (const std::string& assumption : summary.assumptions) text += line("assumed", assumption);
+    for (const std::string& assumption : summary.assumptions) text += view_line("assumed", assumption);
     return text;
 }
-
-template <typename Derived>
-Json rows_of(const Eigen::MatrixBase<Derived>& m) {
-    Json rows = Json::array();
-    for (Eigen::Index r = 0; r < m.rows(); ++r) {
-        Json row = Json::array();
-        for (Eigen::Index c = 0; c < m.cols(); ++c) row.push_back(m(r, c));
-        rows.push_back(row);
-    }
-    return rows;
-}
-
-Json list_of(const Eigen::VectorXd& v) { return Json(std::vector<double>(v.begin(), v.end())); }
 
 Json view_json(const ViewSummary& summary) {
     const ViewGeometry& view = summary.geometry;
@@ -122,20 +99,20 @@ Json view_json(const ViewSummary& summary) {
         {"format", summary.format},
         {"size_px", {view.camera.size_px.x(), view.camera.size_px.y()}},
         {"flip", flip_text(summary.flip)},
-        {"intrinsics", rows_of(view.camera.intrinsics_px)},
-        {"camera_from_world", rows_of(to_matrix(view.camera_from_world))},
-        {"projection_matrix", rows_of(projection_matrix(view))},
-        {"source_world_mm", list_of(source_world_mm(view))},
+        {"intrinsics", matrix_json(view.camera.intrinsics_px)},
+        {"camera_from_world", matrix_json(to_matrix(view.camera_from_world))},
+        {"projection_matrix", matrix_json(projection_matrix(view))},
+        {"source_world_mm", vector_json(source_world_mm(view))},
         {"angles_deg",
          {{"primary", angles.primary_deg}, {"secondary", angles.secondary_deg}, {"in_plane", angles.in_plane_deg}}}};
     if (view.camera.sdd_mm) {
         json["sdd_mm"] = *view.camera.sdd_mm;
-        json["pixel_pitch_mm"] = list_of(*view.camera.pixel_pitch_mm());
-        json["detector_world_mm"] = list_of(at_depth(view, middle_px(view), *view.camera.sdd_mm));
+        json["pixel_pitch_mm"] = vector_json(*view.camera.pixel_pitch_mm());
+        json["detector_world_mm"] = vector_json(at_depth(view, middle_px(view), *view.camera.sdd_mm));
     }
     if (const std::optional<double> depth = isocentre_depth_mm(view)) {
         json["sad_mm"] = *depth;
-        json["field_at_isocentre_mm"] = list_of(field_mm(view, *depth));
+        json["field_at_isocentre_mm"] = vector_json(field_mm(view, *depth));
     }
     json["assumptions"] = summary.assumptions;
     return json;
@@ -170,7 +147,7 @@ std::string geometry_text(const std::vector<ViewSummary>& views) {
 std::string geometry_json(const std::vector<ViewSummary>& views) {
     Json list = Json::array();
     for (const ViewSummary& view : views) list.push_back(view_json(view));
-    return Json{{"raylign", 1}, {"views", list}}.dump(2) + "\n";
+    return indented({{"raylign", 1}, {"views", list}});
 }
 
 }  // namespace raylign::detail::apps

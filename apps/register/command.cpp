@@ -1,16 +1,15 @@
 #include <iostream>
 
 #include "apps/pictures/overlay.h"
-#include "apps/register/flags.h"
-#include "apps/register/inputs.h"
 #include "apps/register/report.h"
 #include "apps/register/summary.h"
-#include "apps/report_page/report_page.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
+#include "apps/shared/flags.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
-#include "apps/shared/manifest.h"
+#include "apps/shared/options.h"
+#include "apps/shared/outputs.h"
 #include "apps/shared/progress_bar.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
@@ -19,18 +18,20 @@
 namespace raylign::detail::apps {
 namespace {
 
+std::string overlay_file_name(const std::string& view) { return "overlay_" + view + ".png"; }
+
 std::vector<std::string> output_file_names(const std::vector<View>& views) {
     std::vector<std::string> names{"pose.json", "pose.tfm", "report.json", "report.html"};
     for (const View& view : views) {
-        names.push_back("overlay_" + view.name + ".png");
-        names.push_back("drr_" + view.name + ".tif");
+        names.push_back(overlay_file_name(view.name));
+        names.push_back(drr_file_name(view.name));
     }
     return names;
 }
 
 RegistrationResult run_with_progress(const RegisterInputs& inputs, const RegistrationOptions& options, Backend& backend,
-                                     ProgressBar::Show show) {
-    ProgressBar bar(show);
+                                     const OutputFlags& output) {
+    ProgressBar bar(output);
     const auto report = [&bar](const RegistrationProgress& progress) { bar.draw(progress_line(progress)); };
     RegistrationResult result = register_volume(inputs.volume, inputs.views, inputs.start_world_from_ct, options,
                                                 backend, {.on_progress = report, .stop = interrupt_token()});
@@ -58,8 +59,8 @@ std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const Regi
         const View& view = inputs.views[i];
         const Image drr_start = session->render(inputs.start_world_from_ct, i);
         const Image drr_result = session->render(result.world_from_ct, i);
-        write_image(folder.stage("drr_" + view.name + ".tif"), drr_result);
-        write_png(folder.stage("overlay_" + view.name + ".png"),
+        write_image(folder.stage(drr_file_name(view.name)), drr_result);
+        write_png(folder.stage(overlay_file_name(view.name)),
                   overlay_picture({view.name, view.image, view.weights, drr_start, drr_result,
                                    px_per_mm(view, result.world_from_ct, inputs.volume.grid.centre_ct_mm())}));
         overlays.push_back(
@@ -87,23 +88,25 @@ std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registrat
     run.total_s = seconds_since(begin);  // leaves out hashing the inputs for the report
     const std::string report = report_json(run);
     write_text(folder.stage("report.json"), report);
-    write_text(folder.stage("report.html"), report_page("register", report, overlays, {{"machine", machine_json()}}));
+    write_text(folder.stage("report.html"), register_page(report, overlays));
     return report;
 }
 
 int run_register(const RegisterOptions& options, const Invocation& invocation) {
     const auto begin = Clock::now();
-    settle_conflicts(options);
-    RegistrationOptions registration = registration_options(options);  // checks names first: that is cheap
-    BackendChoice choice = choose_backend(options.engine);
+    settle_conflicts(options.volume);
+    settle_conflicts(options.backend);
+    settle_conflicts(options.search, options.method);
+    // Checks names first: that is cheap.
+    RegistrationOptions registration = registration_options(options.method, options.search, options.backend);
+    BackendChoice choice = choose_backend(options.backend);
     const RegisterInputs inputs = read_register_inputs(options);
     registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;
     const std::vector<std::string> names = output_file_names(inputs.views);
-    refuse_to_overwrite(inputs.files, options.output, names);
-    OutputFolder folder(options.output);  // before the work: an unwritable folder should not cost a run
+    refuse_to_overwrite(inputs.files, options.output.folder, names);
+    OutputFolder folder(options.output.folder);  // before the work: an unwritable folder should not cost a run
 
-    const auto show = options.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals;
-    RegistrationResult result = run_with_progress(inputs, registration, *choice.backend, show);
+    RegistrationResult result = run_with_progress(inputs, registration, *choice.backend, options.output);
     std::optional<TruthComparison> truth = compare_with_truth(inputs, result);
     RegisterRun run{options,          invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result),
                     std::move(truth), names,      0};
@@ -111,44 +114,12 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
     stop_if_interrupted();
     folder.commit();
 
-    if (options.json) {
+    if (options.output.json) {
         std::cout << report;
-    } else if (!options.quiet) {
+    } else if (!options.output.quiet) {
         std::cout << register_summary(run);
     }
     return run.result.ok ? 0 : 1;
-}
-
-void add_start_flags(CLI::App& command, RegisterOptions& options) {
-    add_views_option(command, options.views, "views.json: images, cameras, masks");
-    add_auto_mask_flag(command, options);
-    describe(command.add_option("--start", options.start,
-                                "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), or \"dicom\";\n"
-                                "default: CT centre where central rays meet, patient axes as world axes"),
-             "FILE", kStartGroup);
-    describe(command.add_option("--landmarks3d", options.landmarks3d,
-                                "Points in the CT to start from: Markups JSON, .fcsv, CSV; default none"),
-             "FILE", kStartGroup);
-    describe(command.add_option("--landmarks", options.landmarks,
-                                "The same points in a view, CSV name,x,y or JSON [px]; may be repeated; default none"),
-             "VIEW=FILE ...", kStartGroup);
-    describe(command.add_option("--targets", options.targets,
-                                "Points in the CT (JSON, CSV, .fcsv): rotation centre, TRE; "
-                                "default: over the bone"),
-             "FILE", kStartGroup);
-    describe(command.add_option("--truth", options.truth, "True pose, to report the error; default none"), "FILE",
-             kStartGroup);
-}
-
-void add_output_flags(CLI::App& command, RegisterOptions& options) {
-    describe(
-        command
-            .add_option("-o,--output", options.output,
-                        "Folder for pose, report, overlays, DRRs; replaced when there is a result, doubtful or not")
-            ->required(),
-        "DIR (required)", kOutputGroup);
-    command.add_flag("--json", options.json, "Print report.json and nothing else; default off")->group(kOutputGroup);
-    command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
 }
 
 }  // namespace
@@ -157,11 +128,18 @@ void add_register_command(CLI::App& app, Job& job) {
     const auto options = std::make_shared<RegisterOptions>();
     CLI::App& command = *app.add_subcommand("register", "Find the pose of a CT in one or more X-rays");
     add_volume_flags(command, options->volume);
-    add_start_flags(command, *options);
-    add_method_flags(command, *options);
-    add_search_flags(command, *options);
-    add_engine_flags(command, options->engine);
-    add_output_flags(command, *options);
+    add_views_flag(command, options->views.files, "views.json: images, cameras, masks");
+    add_auto_mask_flag(command, options->views);
+    add_start_flags(command, options->start);
+    add_truth_flags(command, options->truth);
+    add_method_flags(command, options->method);
+    add_search_flags(command, options->search);
+    add_backend_flags(command, options->backend);
+    add_output_flags(
+        command, options->output,
+        {.folder = "Folder for pose, report, overlays, DRRs; replaced when there is a result, doubtful or not",
+         .json_file = "report.json",
+         .quiet = "No progress bar, no summary"});
     finish_command(
         command,
         "  raylign register -v ct.nii.gz --views views.json --start pose.json -o result\n"

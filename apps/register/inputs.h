@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/shared/options.h"
+#include "apps/register/options.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"

@@ -1,44 +1,16 @@
 #include "apps/register/report.h"
 
-#include <nlohmann/json.hpp>
-
-#include "core/io/files/output.h"
+#include "apps/shared/manifest.h"
 #include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json matrix(const RigidTransform& b_from_a) {
-    const Eigen::Matrix4d m = to_matrix(b_from_a);
-    Json rows = Json::array();
-    for (int r = 0; r < 4; ++r) rows.push_back({m(r, 0), m(r, 1), m(r, 2), m(r, 3)});
-    return rows;
-}
-
-template <typename Vector>
-Json triple(const Vector& v) {
-    return Json::array({v.x(), v.y(), v.z()});
-}
-
-Json inputs(const RegisterRun& run) {
-    Json list = Json::array();
-    for (const std::filesystem::path& file : run.inputs.files) {
-        list.push_back({{"path", file.string()}, {"sha256", sha256_of_file(file)}});
-    }
-    return list;
-}
-
 Json backend(const RegisterRun& run) {
-    Json passed_over = Json::array();
-    for (const BackendStatus& other : run.passed_over) {
-        passed_over.push_back({{"name", other.name}, {"reason", other.reason}});
-    }
     return {{"name", run.backend.name},       {"device", run.backend.device},
             {"threads", run.backend.threads}, {"instruction_set", run.backend.instruction_set},
             {"storage", run.backend.storage}, {"interpolation", run.backend.interpolation},
-            {"timing", run.backend.timing},   {"passed_over", passed_over}};
+            {"timing", run.backend.timing},   {"passed_over", passed_over_json(run.passed_over)}};
 }
 
 Json times(const RegisterRun& run) {
@@ -53,8 +25,8 @@ Json levels(const RegistrationResult& result) {
     for (const LevelReport& level : result.levels) {
         Json sizes = Json::array();
         for (const Eigen::Vector2i& size : level.image_sizes_px) sizes.push_back({size.x(), size.y()});
-        list.push_back({{"volume_size", triple(level.volume_size)},
-                        {"spacing_mm", triple(level.spacing_mm)},
+        list.push_back({{"volume_size", vector_json(level.volume_size)},
+                        {"spacing_mm", vector_json(level.spacing_mm)},
                         {"image_sizes_px", sizes},
                         {"content", content_name(level.content)},
                         {"filter", {{"sigma_px", level.filter.sigma_px}, {"radius_px", level.filter.radius_px}}},
@@ -77,7 +49,7 @@ Json history(const RegistrationResult& result) {
                         {"iteration", record.iteration},
                         {"cost", record.cost},
                         {"step_mm", record.step_mm},
-                        {"world_from_ct", matrix(record.world_from_ct)}});
+                        {"world_from_ct", matrix_json(record.world_from_ct)}});
     }
     return list;
 }
@@ -112,28 +84,9 @@ Json errors_against_truth(const RegisterRun& run) {
             {"targets", run.inputs.targets_ct_mm.size()}};
 }
 
-Json device_json(const DeviceStatus& device) {
-    return {{"index", device.index},
-            {"name", device.name},
-            {"vendor", device.vendor},
-            {"version", device.version},
-            {"node", device.node},
-            {"software", device.software},
-            {"texture_3d_voxels", device.texture_3d_voxels},
-            {"texture_layers", device.texture_layers},
-            {"memory_bytes", device.memory_bytes},
-            {"problem", device.problem}};
-}
-
 Json covariance(const Confidence& confidence) {
     if (!confidence.is_estimated) return nullptr;
-    Json rows = Json::array();
-    for (int r = 0; r < 6; ++r) {
-        Json row = Json::array();
-        for (int c = 0; c < 6; ++c) row.push_back(confidence.covariance(r, c));
-        rows.push_back(row);
-    }
-    return rows;
+    return matrix_json(confidence.covariance);
 }
 
 Json sigma(const Confidence& confidence) {
@@ -141,7 +94,7 @@ Json sigma(const Confidence& confidence) {
     return {{"translation_mm", confidence.translation_mm},
             {"rotation_deg", confidence.rotation_deg},
             {"expected_error_mm", confidence.rim_mm},
-            {"weakest_direction", triple(confidence.weakest_direction)},
+            {"weakest_direction", vector_json(confidence.weakest_direction)},
             {"weakest_mm", confidence.weakest_mm}};
 }
 
@@ -151,15 +104,10 @@ Json search(const SearchReport& search) {
         rivals.push_back({{"cost", rival.cost},
                           {"shift_mm", rival.shift_mm},
                           {"rotation_deg", rival.rotation_deg},
-                          {"world_from_ct", matrix(rival.world_from_ct)}});
+                          {"world_from_ct", matrix_json(rival.world_from_ct)}});
     }
     return {{"mode", search_name(search.mode)}, {"starts", search.starts}, {"refined", search.refined},
             {"agreeing", search.agreeing},      {"cost", search.cost},     {"rivals", rivals}};
-}
-
-std::string text_of(const Json& json) {
-    // Names of files and views may hold bytes that are not UTF-8: replaced in the report rather than fatal to the run.
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
@@ -169,21 +117,21 @@ std::string report_json(const RegisterRun& run) {
     Json report = {{"raylign", RAYLIGN_VERSION},
                    {"command", run.invocation.command_line},
                    {"working_directory", std::filesystem::current_path().string()},
-                   {"seed", run.options.seed},
-                   {"inputs", inputs(run)},
+                   {"seed", run.options.method.seed},
+                   {"inputs", inputs_json(run.inputs.files)},
                    {"backend", backend(run)},
                    {"method", method_name(result.method)},
                    {"method_reason", result.method_reason},
                    {"content", content_name(result.content)},
                    {"decisions", result.decisions},
-                   {"metric", run.options.metric},
-                   {"projector", run.options.engine.projector},
+                   {"metric", run.options.method.metric},
+                   {"projector", run.options.backend.projector},
                    {"verdict", {{"ok", result.ok}, {"reasons", result.reasons}}},
                    {"cost", {{"initial", result.cost_initial}, {"final", result.cost_final}}},
                    {"views", view_costs(run)}};
     if (run.truth) report["tre"] = errors_against_truth(run);
-    report["world_from_ct"] = matrix(result.world_from_ct);
-    report["start_world_from_ct"] = matrix(run.inputs.start_world_from_ct);
+    report["world_from_ct"] = matrix_json(result.world_from_ct);
+    report["start_world_from_ct"] = matrix_json(run.inputs.start_world_from_ct);
     report["covariance"] = covariance(result.confidence);
     report["sigma"] = sigma(result.confidence);
     report["search"] = search(result.search);
@@ -198,32 +146,11 @@ std::string report_json(const RegisterRun& run) {
     report["outputs"] = run.outputs;
     report["levels"] = levels(result);
     report["history"] = history(result);
-    return text_of(report);
+    return indented(report);
 }
 
-std::string info_json(const std::vector<BackendStatus>& backends) {
-    Json list = Json::array();
-    for (const BackendStatus& status : backends) {
-        Json entry = {{"name", status.name},
-                      {"summary", status.summary},
-                      {"available", status.available},
-                      {"reason", status.reason}};
-        if (status.available) {
-            entry["device"] = status.info.device;
-            entry["threads"] = status.info.threads;
-            entry["instruction_set"] = status.info.instruction_set;
-        }
-        Json devices = Json::array();
-        for (const DeviceStatus& device : status.devices) devices.push_back(device_json(device));
-        entry["devices"] = devices;
-        Json sets = Json::array();
-        for (const InstructionSetStatus& set : status.instruction_sets) {
-            sets.push_back({{"name", instruction_set_name(set.set)}, {"available", set.available}});
-        }
-        entry["instruction_sets"] = sets;
-        list.push_back(entry);
-    }
-    return text_of({{"raylign", RAYLIGN_VERSION}, {"backends", list}});
+std::string register_page(const std::string& report, const std::vector<PageOverlay>& overlays) {
+    return report_page("register", report, overlays, {{"machine", one_line(machine_json())}});
 }
 
 }  // namespace raylign::detail::apps

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "apps/register/inputs.h"
-#include "apps/shared/options.h"
+#include "apps/report_page/report_page.h"
+#include "apps/shared/invocation.h"
+#include "raylign/backends.h"
 #include "raylign/registration.h"
 #include "raylign/targets.h"
 
@@ -32,7 +34,7 @@ struct RegisterRun {
 /// report.json, indented, with a final newline.
 [[nodiscard]] std::string report_json(const RegisterRun& run);
 
-/// What `raylign info --json` prints.
-[[nodiscard]] std::string info_json(const std::vector<BackendStatus>& backends);
+/// report.html; `report`: what report_json gave.
+[[nodiscard]] std::string register_page(const std::string& report, const std::vector<PageOverlay>& overlays);
 
 }  // namespace raylign::detail::apps

@@ -1,14 +1,11 @@
 #include "apps/register/summary.h"
 
+#include "apps/shared/lines.h"
 #include "core/base/number_text.h"
+#include "core/base/text.h"
 
 namespace raylign::detail::apps {
 namespace {
-
-std::string line(std::string label, const std::string& text) {
-    label.resize(10, ' ');
-    return "  " + label + text + "\n";
-}
 
 std::string truth_line(const RegisterRun& run) {
     return line("mTRE", fixed(run.truth->initial.mtre_mm, 3) + " mm -> " + fixed(run.truth->final.mtre_mm, 3) +
@@ -31,9 +28,7 @@ std::string register_summary(const RegisterRun& run) {
     text += line("backend", backend_text(run.backend));
     for (const BackendStatus& other : run.passed_over) text += line("not used", other.name + ": " + other.reason);
     for (const std::string& note : run.inputs.notes) text += line("note", note);
-    std::string files;
-    for (const std::string& name : run.outputs) files += (files.empty() ? "" : " ") + name;
-    return text + line("written", run.options.output.string() + ": " + files);
+    return text + line("written", run.options.output.folder.string() + ": " + joined(run.outputs, " "));
 }
 
 }  // namespace raylign::detail::apps

@@ -2,10 +2,10 @@
 
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 
 #include "apps/pictures/picture.h"
 #include "apps/report_page/page_files.h"
+#include "apps/shared/json_text.h"
 
 namespace raylign::detail::apps {
 namespace {
@@ -29,7 +29,7 @@ std::string safe_in_script(std::string_view json) {
     return safe;
 }
 
-nlohmann::ordered_json json_of(const PageLayer& layer) { return {{"label", layer.label}, {"uri", layer.uri}}; }
+Json json_of(const PageLayer& layer) { return {{"label", layer.label}, {"uri", layer.uri}}; }
 
 }  // namespace
 
@@ -73,14 +73,14 @@ PageOverlay page_overlay(const std::string& title, const View& view, const Image
 
 std::string report_page(std::string_view kind, std::string_view report, const std::vector<PageOverlay>& overlays,
                         const std::vector<std::pair<std::string, std::string>>& more) {
-    nlohmann::ordered_json images = nlohmann::ordered_json::array();
+    Json images = Json::array();
     for (const PageOverlay& overlay : overlays) {
-        nlohmann::ordered_json layers = nlohmann::ordered_json::array();
+        Json layers = Json::array();
         for (const PageLayer& layer : overlay.layers) layers.push_back(json_of(layer));
         images.push_back({{"title", overlay.title}, {"base", json_of(overlay.base)}, {"layers", layers}});
     }
-    std::string data = "{\"kind\":\"" + std::string(kind) + "\",\"report\":" + std::string(report) +
-                       ",\"images\":" + images.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    std::string data =
+        "{\"kind\":\"" + std::string(kind) + "\",\"report\":" + std::string(report) + ",\"images\":" + one_line(images);
     for (const auto& [name, json] : more) data += ",\"" + name + "\":" + json;
     data += "}";
     std::string page = replaced(std::string(page_html()), "@TITLE@", "raylign report");

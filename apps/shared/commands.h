@@ -1,9 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 
-#include "apps/shared/options.h"
+#include "apps/shared/invocation.h"
+
+namespace CLI {
+class App;
+}
 
 namespace raylign::detail::apps {
 

@@ -6,17 +6,21 @@
 #include <cmath>
 #include <cstdio>
 
+#include "apps/shared/lines.h"
+
 namespace raylign::detail::apps {
 
-std::string progress_line(const RegistrationProgress& progress) {
+std::string bar_text(double share) {
     constexpr int kWidth = 24;
-    const double fraction = std::clamp(progress.fraction, 0.0, 1.0);
-    const int filled = static_cast<int>(std::lround(fraction * kWidth));
-    const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '-');
-    char text[160];
-    std::snprintf(text, sizeof text, "[%s] %3.0f%%  level %d/%d  cost %.4f  %.0f s left", bar.c_str(), 100 * fraction,
+    share = std::clamp(share, 0.0, 1.0);
+    const auto filled = static_cast<std::size_t>(std::lround(share * kWidth));
+    return "[" + std::string(filled, '#') + std::string(kWidth - filled, '-') + "]";
+}
+
+std::string progress_line(const RegistrationProgress& progress) {
+    return bar_text(progress.fraction) +
+           format(" %3.0f%%  level %d/%d  cost %.4f  %.0f s left", 100 * std::clamp(progress.fraction, 0.0, 1.0),
                   progress.level + 1, progress.levels, progress.cost, std::ceil(std::max(progress.remaining_s, 0.0)));
-    return text;
 }
 
 ProgressBar::ProgressBar(Show show) : active_(show == Show::on_terminals && isatty(STDERR_FILENO) == 1) {}

@@ -1,8 +1,10 @@
 #include <iostream>
 
 #include "apps/shared/commands.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/outputs.h"
 #include "apps/shared/progress_bar.h"
 #include "apps/study/report.h"
 #include "apps/study/run.h"
@@ -14,31 +16,49 @@ namespace {
 
 constexpr const char* kJournal = "study.journal";
 
-/// Sets up on every rank, or on none: returns true where all could, and rank 0 throws the first problem.
-bool all_are_ready(Ranks& ranks, const std::string& config, const std::string& problem) {
-    const std::vector<std::string> problems = ranks.exchange(problem);
-    const std::vector<std::string> configs = ranks.exchange(config);
+/// How setting up went on one rank.
+struct Readiness {
+    std::string config;
+    int exit_code = 0;  ///< 0 = it can
+    std::string problem;
+};
+
+Readiness get_ready(const StudyOptions& options, std::optional<Study>& study) {
+    try {
+        study.emplace(set_up_study(options));
+        return {study_config(*study)};
+    } catch (const Error& error) {
+        return {"", exit_code_of(error.kind()), error.what()};
+    }
+}
+
+/// Starts on every rank, or on none: returns 0 where all can, else the exit code of the first that cannot, on every
+/// rank; rank 0 tells its problem.
+int agreed_exit_code(Ranks& ranks, const Readiness& own) {
+    const std::vector<std::string> configs = ranks.exchange(own.config);
+    const std::vector<std::string> codes = ranks.exchange(std::to_string(own.exit_code));
+    const std::vector<std::string> problems = ranks.exchange(own.problem);
+    const auto tell = [&ranks](int rank, const std::string& problem) {
+        if (ranks.rank() != 0) return;
+        std::cerr << "raylign study: " << (rank == 0 ? "" : "rank " + std::to_string(rank) + ": ") << problem << "\n";
+    };
     for (int r = 0; r < ranks.size(); ++r) {
-        const std::string who = r == 0 ? "" : "rank " + std::to_string(r) + ": ";
-        if (!problems[r].empty()) {
-            if (ranks.rank() == 0) std::cerr << "raylign study: " << who << problems[r] << "\n";
-            return false;
+        if (codes[r] != "0") {
+            tell(r, problems[r]);
+            return std::stoi(codes[r]);
         }
         if (configs[r] != configs[0]) {
-            if (ranks.rank() == 0) {
-                std::cerr << "raylign study: " << who
-                          << "sees other inputs, options or engines than rank 0 (another processor or file?)\n";
-            }
-            return false;
+            tell(r, "sees other inputs, options or engines than rank 0 (another processor or file?)");
+            return exit_code_of(ErrorKind::input);
         }
     }
-    return true;
+    return 0;
 }
 
 void write_results(const Study& study, const StudyJournal& journal, const Invocation& invocation) {
     std::vector<TrialRecord> records;
     for (const auto& [number, record] : journal.trials()) records.push_back(record);
-    OutputFolder folder(study.options.registration.output);
+    OutputFolder folder(study.options.output.folder);
     write_text(folder.stage("study.csv"), trials_csv(study, records));
     write_text(folder.stage("study_starts.json"), study_starts_json(study));
     write_text(folder.stage("study.json"), study_json(study, journal, invocation));
@@ -49,19 +69,19 @@ void write_results(const Study& study, const StudyJournal& journal, const Invoca
 
 /// What is left of the run once all ranks agree. `ranks` is null where the program runs alone.
 int run_trials(const Study& study, const std::string& config, const Invocation& invocation, Ranks* ranks) {
-    const RegisterOptions& options = study.options.registration;
-    StudyJournal journal(options.output / kJournal, config);
+    const OutputFlags& output = study.options.output;
+    StudyJournal journal(output.folder / kJournal, config);
     journal.note_run(study_run_note(invocation, ranks == nullptr ? 1 : ranks->size()));
     {
-        ProgressBar bar(options.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals);
+        ProgressBar bar(output);
         const auto show = [&bar](const StudyProgress& progress) { bar.draw(study_progress_line(progress)); };
         ranks == nullptr ? run_alone(study, journal, show) : run_as_first(study, journal, *ranks, show);
     }
     write_results(study, journal, invocation);
-    if (options.json) {
+    if (output.json) {
         std::cout << study_json(study, journal, invocation);
-    } else if (!options.quiet) {
-        std::cout << study_summary(study, journal) << "written: " << options.output.string()
+    } else if (!output.quiet) {
+        std::cout << study_summary(study, journal) << "written: " << output.folder.string()
                   << ": study.html study.csv study.json study_starts.json\n";
     }
     return 0;
@@ -77,23 +97,17 @@ int run_one_trial(const Study& study, long long trial) {
 
 void check_outputs(const StudyOptions& options) {
     if (options.trial >= 0) return;
-    if (options.registration.output.empty()) throw Error("-o is required (unless --trial runs a single one)");
-    const RegisterOptions& r = options.registration;
-    refuse_to_overwrite({r.volume.file, options.views, r.truth, r.targets}, r.output,
+    if (options.output.folder.empty()) throw Error("-o is required (unless --trial runs a single one)");
+    refuse_to_overwrite({options.volume.file, options.views, options.truth.truth, options.truth.targets},
+                        options.output.folder,
                         {kJournal, "study.csv", "study.json", "study_starts.json", "study.html"});
 }
 
 int run_study_with_ranks(const StudyOptions& options, const Invocation& invocation, Ranks& ranks) {
     std::optional<Study> study;
-    std::string config, problem;
-    try {
-        study.emplace(set_up_study(options));
-        config = study_config(*study);
-    } catch (const Error& error) {
-        problem = error.what();
-    }
-    if (!all_are_ready(ranks, config, problem)) return 2;
-    if (ranks.rank() == 0) return run_trials(*study, config, invocation, &ranks);
+    const Readiness own = get_ready(options, study);
+    if (const int code = agreed_exit_code(ranks, own); code != 0) return code;
+    if (ranks.rank() == 0) return run_trials(*study, own.config, invocation, &ranks);
     run_as_worker(*study, ranks);
     return 0;
 }
@@ -108,10 +122,8 @@ int run_study(const StudyOptions& given, const Invocation& invocation) {
 }
 
 void add_protocol_flags(CLI::App& command, StudyOptions& options) {
-    std::string presets;
-    for (const StudyPreset& preset : study_presets()) presets += (presets.empty() ? "" : " or ") + preset.name;
-    describe(command.add_option("--preset", options.preset, presets + ": defaults for the rest; default none"), "NAME",
-             kStartGroup);
+    describe(command.add_option("--preset", options.preset, preset_names() + ": defaults for the rest; default none"),
+             "NAME", kStartGroup);
     describe(command.add_option("--bins", options.bins, "Intervals of the initial mTRE in mm; default 0:2:20"),
              "LOW:STEP:HIGH", kStartGroup);
     describe(command.add_option("--per-bin", options.per_bin, "Random starts in each interval; default 10"), "N",
@@ -123,58 +135,57 @@ void add_protocol_flags(CLI::App& command, StudyOptions& options) {
     describe(command.add_option("--noise", options.noise_photons,
                                 "Photons of an unattenuated pixel of simulated X-rays; default 0: no noise"),
              "PHOTONS", kStartGroup);
-    describe(command.add_option("--seed", options.registration.seed, "Of starts and noise; default 1"), "N",
-             kStartGroup);
+    describe(command.add_option("--seed", options.method.seed, "Of starts and noise; default 1"), "N", kStartGroup);
     describe(command.add_option("--trial", options.trial,
                                 "Run the trial of this number alone and print its record; default: the study"),
              "N", kOutputGroup);
 }
 
-void add_study_inputs(CLI::App& command, StudyOptions& study) {
-    RegisterOptions& options = study.registration;
+void add_study_inputs(CLI::App& command, StudyOptions& options) {
     add_volume_flags(command, options.volume);
-    describe(command.add_option("--views", study.views, "views.json; views without an image are simulated")->required(),
-             "FILE (required)", kInputGroup);
-    describe(command.add_option("--truth", options.truth, "True world_from_ct: pose.json or ITK .tfm")->required(),
-             "FILE (required)", kInputGroup);
-    describe(command.add_option("--targets", options.targets,
-                                "Points in the CT (JSON, CSV, .fcsv): rotation centre, TRE; default: over the bone"),
-             "FILE", kInputGroup);
+    describe(
+        command.add_option("--views", options.views, "views.json; views without an image are simulated")->required(),
+        "FILE (required)", kInputGroup);
+    describe(
+        command.add_option("--truth", options.truth.truth, "True world_from_ct: pose.json or ITK .tfm")->required(),
+        "FILE (required)", kInputGroup);
+    add_targets_flag(command, options.truth.targets, kInputGroup, ": rotation centre, TRE");
 }
 
-void add_study_method(CLI::App& command, RegisterOptions& options) {
-    describe(command.add_option("--method", options.method, "As in register, or several with commas; default auto"),
+void add_study_method(CLI::App& command, StudyOptions& options) {
+    MethodFlags& method = options.method;
+    describe(command.add_option("--method", method.name, "As in register, or several with commas; default auto"),
              "NAMES", kMethodGroup);
-    describe(command.add_option("--metric", options.metric, "gc or ncc, or both with a comma; default gc"), "NAMES",
+    describe(command.add_option("--metric", method.metric, "gc or ncc, or both with a comma; default gc"), "NAMES",
              kMethodGroup);
-    describe(command.add_option("--levels", options.levels, "Resolutions, as in register; default 0"), "N",
+    describe(command.add_option("--levels", method.levels, "Resolutions, as in register; default 0"), "N",
              kMethodGroup);
-    describe(command.add_option("--max-iterations", options.max_iterations, "Most steps per level; default 100"), "N",
+    describe(command.add_option("--max-iterations", method.max_iterations, "Most steps per level; default 100"), "N",
              kMethodGroup);
-    add_engine_flags(command, options.engine);
+    add_backend_flags(command, options.backend);
     command.get_option("--backend")
         ->description(
             "One of those that `raylign info` lists, or several with commas;\n"
             "default auto: the best that runs");
-    describe(command.add_option("-o,--output", options.output,
-                                "Folder for study.csv, study.json, study.html; a stopped study goes on there"),
-             "DIR (required)", kOutputGroup);
-    command.add_flag("--json", options.json, "Print study.json and nothing else; default off")->group(kOutputGroup);
-    command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
+    add_output_flags(command, options.output,
+                     {.folder = "Folder for study.csv, study.json, study.html; a stopped study goes on there",
+                      .json_file = "study.json",
+                      .quiet = "No progress bar, no summary"});
+    command.get_option("--output")->required(false);  // a single trial has no folder
 }
 
 }  // namespace
 
 void add_study_command(CLI::App& app, Job& job) {
     const auto options = std::make_shared<StudyOptions>();
-    options->registration.engine.backend.clear();  // empty = not given: a preset may say
-    options->registration.method.clear();
-    options->registration.metric.clear();
+    options->backend.name.clear();  // empty = not given: a preset may say
+    options->method.name.clear();
+    options->method.metric.clear();
     options->noise_photons = -1;
     CLI::App& command = *app.add_subcommand("study", "Measure robustness: many random starts, success rates, errors");
     add_study_inputs(command, *options);
     add_protocol_flags(command, *options);
-    add_study_method(command, options->registration);
+    add_study_method(command, *options);
     finish_command(command,
                    "  raylign study -v ct.nii.gz --views views.json --truth pose.json --noise 20000 -o study\n"
                    "  raylign study -v ct.nii.gz --views views.json --truth pose.json --preset paper-table3 -o table3\n"

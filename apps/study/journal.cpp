@@ -13,7 +13,7 @@
 namespace raylign::detail::apps {
 namespace {
 
-using nlohmann::json;
+using AnyOrder = nlohmann::json;  // the order of keys says nothing when settings are compared
 
 constexpr const char* kHeaderKey = "raylign_study";
 
@@ -34,7 +34,7 @@ std::string read_all(int descriptor, const std::filesystem::path& file) {
 }
 
 /// The first setting in which two configurations differ, for people.
-std::string difference(const json& there, const json& here) {
+std::string difference(const AnyOrder& there, const AnyOrder& here) {
     for (const auto& [key, value] : here.items()) {
         if (!there.contains(key)) return key + " was not recorded there";
         if (there.at(key) != value) return key + " is " + there.at(key).dump() + " there and " + value.dump() + " here";
@@ -72,11 +72,11 @@ void StudyJournal::read(const std::string& config) {
             take_line(line, number);
             continue;
         }
-        const json header = json::parse(line, nullptr, false);
+        const AnyOrder header = AnyOrder::parse(line, nullptr, false);
         if (!header.is_object() || !header.contains(kHeaderKey)) {
             throw Error(file_.string() + " is not the journal of a study: give another folder");
         }
-        const json here = json::parse(config);
+        const AnyOrder here = AnyOrder::parse(config);
         if (header.at(kHeaderKey) != here) {
             throw Error(file_.string() + " belongs to another study: " + difference(header.at(kHeaderKey), here) +
                         "; give another folder, or the options that it was begun with");
@@ -95,7 +95,7 @@ void StudyJournal::read(const std::string& config) {
 
 void StudyJournal::take_line(const std::string& line, std::size_t number) {
     const std::string where = file_.string() + ", line " + std::to_string(number);
-    const json entry = json::parse(line, nullptr, false);
+    const AnyOrder entry = AnyOrder::parse(line, nullptr, false);
     if (entry.is_object() && entry.contains("run")) {
         runs_.push_back(entry.at("run").dump());
         return;
@@ -137,6 +137,20 @@ void StudyJournal::append(const TrialRecord& record) {
 void StudyJournal::note_run(const std::string& run) {
     write_line("{\"run\":" + run + "}");
     runs_.push_back(run);
+}
+
+std::vector<const TrialRecord*> records_of_case(const StudyJournal& journal, std::size_t study_case) {
+    std::vector<const TrialRecord*> list;
+    for (const auto& [number, record] : journal.trials()) {
+        if (record.study_case == study_case) list.push_back(&record);
+    }
+    return list;
+}
+
+std::vector<TrialOutcome> outcomes_of_case(const StudyJournal& journal, std::size_t study_case) {
+    std::vector<TrialOutcome> list;
+    for (const TrialRecord* record : records_of_case(journal, study_case)) list.push_back(outcome_of(*record));
+    return list;
 }
 
 }  // namespace raylign::detail::apps

@@ -44,4 +44,7 @@ private:
     std::vector<std::string> runs_;
 };
 
+[[nodiscard]] std::vector<const TrialRecord*> records_of_case(const StudyJournal& journal, std::size_t study_case);
+[[nodiscard]] std::vector<TrialOutcome> outcomes_of_case(const StudyJournal& journal, std::size_t study_case);
+
 }  // namespace raylign::detail::apps

@@ -4,26 +4,19 @@
 #include <locale>
 #include <sstream>
 
+#include "apps/shared/parse.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace raylign::detail::apps {
 namespace {
 
 constexpr int kMostPerBin = 100000;
 
-std::string joined(const std::vector<std::string>& words, const std::string& separator) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
-    return text;
-}
-
 const StudyPreset& preset_named(const std::string& name) {
-    std::string names;
-    for (const StudyPreset& preset : study_presets()) {
-        if (preset.name == name) return preset;
-        names += (names.empty() ? "" : " or ") + preset.name;
-    }
-    throw bad_value("--preset", name, names);
+    const auto found = std::ranges::find(study_presets(), name, &StudyPreset::name);
+    if (found == study_presets().end()) throw bad_value("--preset", name, preset_names());
+    return *found;
 }
 
 /// Each view alone, then all together: the paper's single view and biplane.
@@ -37,16 +30,16 @@ std::vector<std::string> views_of_set(const std::string& set, const std::vector<
     std::vector<std::string> views = parse_list(set, "--view");
     for (const std::string& view : views) {
         if (std::ranges::find(view_names, view) != view_names.end()) continue;
-        throw bad_value("--view", view, "one of " + joined(view_names, ", "));
+        throw bad_value("--view", view, "one of " + joined(view_names));
     }
     return views;
 }
 
 /// Software OpenGL is no GPU: a preset takes it only where --backend names it.
-void need_hardware(const std::string& name, const EngineFlags& flags) {
+void need_hardware(const std::string& name, const BackendFlags& flags) {
     if (name.rfind("gl", 0) != 0) return;
-    EngineFlags automatic = flags;
-    automatic.backend = "auto";
+    BackendFlags automatic = flags;
+    automatic.name = "auto";
     automatic.reduction.clear();
     const BackendChoice choice = choose_backend(automatic);
     if (choice.backend->info().name.rfind("gl", 0) == 0) return;
@@ -58,11 +51,9 @@ void need_hardware(const std::string& name, const EngineFlags& flags) {
 /// The backends that run here, by the names they were asked for ("auto" by the name of what it takes).
 std::vector<std::string> usable_backends(const StudyOptions& options, std::vector<LeftOut>& left_out) {
     std::vector<std::string> usable;
-    for (const std::string& name : parse_list(options.registration.engine.backend, "--backend")) {
-        const EngineFlags flags = with_backend(options.registration.engine, name);
-        RegisterOptions alone = options.registration;
-        alone.engine = flags;
-        settle_conflicts(alone);
+    for (const std::string& name : parse_list(options.backend.name, "--backend")) {
+        const BackendFlags flags = with_backend(options.backend, name);
+        settle_conflicts(flags);
         try {
             if (options.backends_of_preset) need_hardware(name, flags);
             const std::string engine = choose_backend(flags).backend->info().name;
@@ -81,6 +72,12 @@ std::vector<std::string> usable_backends(const StudyOptions& options, std::vecto
 }
 
 }  // namespace
+
+std::string preset_names() {
+    std::vector<std::string> names;
+    for (const StudyPreset& preset : study_presets()) names.push_back(preset.name);
+    return joined(names, " or ");
+}
 
 std::string case_label(const StudyCase& study_case) {
     return joined(study_case.views, "+") + ", " + study_case.backend + ", " + study_case.method + ", " +
@@ -111,27 +108,26 @@ StudyOptions settled(StudyOptions options) {
         const StudyPreset& preset = preset_named(options.preset);
         if (options.bins.empty()) options.bins = preset.bins;
         if (options.per_bin == StudyOptions::kOfPreset) options.per_bin = preset.per_bin;
-        if (options.registration.engine.backend.empty()) {
-            options.registration.engine.backend = joined(preset.backends, ",");
+        if (options.backend.name.empty()) {
+            options.backend.name = joined(preset.backends, ",");
             options.backends_of_preset = true;
         }
-        if (options.registration.method.empty()) options.registration.method = preset.method;
+        if (options.method.name.empty()) options.method.name = preset.method;
         if (options.noise_photons < 0) options.noise_photons = preset.noise_photons;
     }
     if (options.bins.empty()) options.bins = "0:2:20";
     if (options.per_bin == StudyOptions::kOfPreset) options.per_bin = 10;
-    if (options.registration.engine.backend.empty()) options.registration.engine.backend = "auto";
-    if (options.registration.method.empty()) options.registration.method = "auto";
-    if (options.registration.metric.empty()) options.registration.metric = "gc";
+    if (options.backend.name.empty()) options.backend.name = "auto";
+    if (options.method.name.empty()) options.method.name = "auto";
+    if (options.method.metric.empty()) options.method.metric = "gc";
     if (options.noise_photons < 0) options.noise_photons = 0;
 
-    settle_conflicts(options.registration);
+    settle_conflicts(options.volume);
+    settle_conflicts(options.backend);
     if (options.per_bin < 1 || options.per_bin > kMostPerBin) {
         throw bad_value("--per-bin", std::to_string(options.per_bin), "in [1, 100000]");
     }
-    if (options.noise_photons != 0 && !(options.noise_photons >= 1 && options.noise_photons <= 1e9)) {
-        throw bad_value("--noise", std::to_string(options.noise_photons), "in [1, 1e9], or 0 for none");
-    }
+    check_photons(options.noise_photons);
     (void)study_intervals(parse_bins(options.bins));
     return options;
 }
@@ -147,27 +143,14 @@ StudyBins parse_bins(const std::string& text) {
     return bins;
 }
 
-std::vector<std::string> parse_list(const std::string& text, const std::string& option) {
-    std::vector<std::string> words;
-    std::istringstream stream(text + ",");
-    for (std::string word; std::getline(stream, word, ',');) {
-        word.erase(0, word.find_first_not_of(' '));
-        word.erase(word.find_last_not_of(' ') + 1);
-        if (word.empty()) throw bad_value(option, text, "names with commas between them");
-        if (std::ranges::find(words, word) != words.end()) throw bad_value(option, text, "names given once each");
-        words.push_back(word);
-    }
-    return words;
-}
-
 std::vector<StudyCase> study_cases(const StudyOptions& options, const std::vector<std::string>& view_names,
                                    std::vector<LeftOut>& left_out) {
     std::vector<std::string> sets = options.view_sets;
     if (sets.empty()) {
         sets = options.preset.empty() ? std::vector<std::string>{joined(view_names, ",")} : single_and_all(view_names);
     }
-    const std::vector<std::string> methods = parse_list(options.registration.method, "--method");
-    const std::vector<std::string> metrics = parse_list(options.registration.metric, "--metric");
+    const std::vector<std::string> methods = parse_list(options.method.name, "--method");
+    const std::vector<std::string> metrics = parse_list(options.method.metric, "--metric");
     for (const std::string& method : methods) (void)method_from_name(method);
     for (const std::string& metric : metrics) (void)metric_from_name(metric);
     const std::vector<std::string> backends = usable_backends(options, left_out);

@@ -11,10 +11,14 @@
 namespace raylign::detail::apps {
 
 struct StudyOptions {
-    RegisterOptions registration;  ///< what every trial shares; backend, method and metric may be lists with commas
-    std::filesystem::path views;   ///< views.json
-    std::string preset;            ///< "" = none
-    std::string bins;              ///< "LOW:STEP:HIGH" [mm]; "" = the preset's, or 0:2:20
+    VolumeFlags volume;
+    BackendFlags backend;  ///< name, and method's name and metric, may be lists with commas; "" = the preset's
+    MethodFlags method;    ///< content and robust weights are the defaults
+    TruthFlags truth;
+    OutputFlags output;
+    std::filesystem::path views;  ///< views.json
+    std::string preset;           ///< "" = none
+    std::string bins;             ///< "LOW:STEP:HIGH" [mm]; "" = the preset's, or 0:2:20
     static constexpr int kOfPreset = std::numeric_limits<int>::min();
     int per_bin = kOfPreset;             ///< the preset's, or 10
     std::vector<std::string> view_sets;  ///< each names with commas; none = the preset's, or all views together
@@ -41,6 +45,7 @@ struct StudyPreset {
     double noise_photons;
 };
 [[nodiscard]] const std::vector<StudyPreset>& study_presets();
+[[nodiscard]] std::string preset_names();  ///< "a or b"
 
 /// The options with everything settled: the preset's values where nothing was given, the defaults where there is none.
 /// Throws Error for contradictions, unknown presets and values out of range.
@@ -48,14 +53,6 @@ struct StudyPreset {
 
 /// "0:2:20". Throws Error for another form.
 [[nodiscard]] StudyBins parse_bins(const std::string& text);
-
-/// The words between commas, blanks trimmed. Throws Error naming `option` where one is empty or stands there twice.
-[[nodiscard]] std::vector<std::string> parse_list(const std::string& text, const std::string& option);
-
-/// Backends left out of a preset, with the reason.
-struct LeftOut {
-    std::string name, reason;
-};
 
 /// All combinations, views outermost. `view_names`: of views.json. Throws Error for unknown views, backends, methods
 /// and metrics, and, kind unavailable, for a backend that cannot run here (a preset's goes to `left_out` instead).

@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "apps/report_page/report_page.h"
+#include "apps/shared/lines.h"
 #include "apps/study/report.h"
 #include "core/base/error.h"
 
@@ -9,22 +9,6 @@ namespace raylign::detail::apps {
 namespace {
 
 constexpr std::size_t kMostPictures = 6;  // a page should stay light
-
-/// What the page needs of every trial.
-std::string trials_json(const StudyJournal& journal) {
-    nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const auto& [number, r] : journal.trials()) {
-        list.push_back({{"trial", number},
-                        {"case", r.study_case},
-                        {"initial_mtre_mm", r.initial_mtre_mm},
-                        {"final_mtre_mm", r.final_mtre_mm},
-                        {"success", r.success},
-                        {"verdict_ok", r.verdict_ok},
-                        {"reasons", r.reasons},
-                        {"error", r.error}});
-    }
-    return list.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
 
 const TrialRecord* worst_of_case(const StudyJournal& journal, std::size_t study_case) {
     const TrialRecord* worst = nullptr;
@@ -39,12 +23,11 @@ PageOverlay picture_of(const Study& study, const TrialRecord& record, const std:
     const StudyCase& study_case = study.cases[record.study_case];
     const View view = trial_views(study, study_case, record.seed).front();
     const auto session = study.backends[record.study_case]->prepare(
-        {study.volume, {&view, 1}, render_settings(study.options.registration.engine), {}});
+        {study.volume, {&view, 1}, render_settings(study.options.backend), {}});
     const RigidTransform start = start_of_trial(study, trial_place(study, record.trial)).world_from_ct;
-    char error[64];
-    std::snprintf(error, sizeof error, "%.3g mm mTRE", record.final_mtre_mm);
-    return page_overlay(case_label(study_case) + ": trial " + std::to_string(record.trial) + ", " + error, view,
-                        session->render(start, 0), session->render(record.world_from_ct, 0), scratch);
+    return page_overlay(case_label(study_case) + ": trial " + std::to_string(record.trial) +
+                            format(", %.3g mm mTRE", record.final_mtre_mm),
+                        view, session->render(start, 0), session->render(record.world_from_ct, 0), scratch);
 }
 
 }  // namespace

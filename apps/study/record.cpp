@@ -3,27 +3,26 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
+#include "apps/shared/json_text.h"
 #include "apps/study/trial.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace raylign::detail::apps {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Shortest text that reads back as the same number.
-std::string text_of(double value) {
+std::string cell_text(double value) {
     if (std::isnan(value)) return "";
     char text[32];
     return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
-std::string text_of(std::uint64_t value) { return std::to_string(value); }
-std::string text_of(bool value) { return value ? "1" : "0"; }
-std::string text_of(const std::string& value) {
+std::string cell_text(std::uint64_t value) { return std::to_string(value); }
+std::string cell_text(bool value) { return value ? "1" : "0"; }
+std::string cell_text(const std::string& value) {
     if (value.find_first_of(",\"\n\r") == std::string::npos) return value;
     std::string quoted = "\"";
     for (const char c : value) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -31,13 +30,7 @@ std::string text_of(const std::string& value) {
 }
 
 /// JSON has no NaN: it is written as null.
-double number(const Json& json) { return json.is_null() ? kNan : json.get<double>(); }
-
-std::string joined_views(const StudyCase& study_case) {
-    std::string names;
-    for (const std::string& name : study_case.views) names += (names.empty() ? "" : "+") + name;
-    return names;
-}
+double number_of(const Json& json) { return json.is_null() ? kNan : json.get<double>(); }
 
 Json pose_json(const RigidTransform& pose) {
     Json numbers = Json::array();
@@ -52,8 +45,8 @@ RigidTransform pose_from(const Json& numbers) {
     RigidTransform pose;
     if (numbers.size() != 12) throw Error("a pose needs 12 numbers");
     for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) pose.rotation(r, c) = number(numbers[4 * r + c]);
-        pose.translation_mm[r] = number(numbers[4 * r + 3]);
+        for (int c = 0; c < 3; ++c) pose.rotation(r, c) = number_of(numbers[4 * r + c]);
+        pose.translation_mm[r] = number_of(numbers[4 * r + 3]);
     }
     return pose;
 }
@@ -100,7 +93,7 @@ void visit_place(Record& r, Visit visit) {
     visit("seed", r.seed);
 }
 
-void read_member(const Json& json, double& value) { value = number(json); }
+void read_member(const Json& json, double& value) { value = number_of(json); }
 template <typename T>
 void read_member(const Json& json, T& value) {
     value = json.get<T>();
@@ -122,16 +115,16 @@ std::string csv_row(const Study& study, const TrialRecord& record) {
     const StudyInterval& interval = study.intervals[record.interval];
     std::string line = std::to_string(record.trial);
     const auto add = [&line](const std::string& text) { line += "," + text; };
-    for (const std::string& text : {joined_views(studied), studied.backend, studied.method, studied.metric}) {
-        add(text_of(text));
+    for (const std::string& text : {joined(studied.views, "+"), studied.backend, studied.method, studied.metric}) {
+        add(cell_text(text));
     }
-    add(text_of(interval.low_mm));
-    add(text_of(interval.high_mm));
+    add(cell_text(interval.low_mm));
+    add(cell_text(interval.high_mm));
     add(std::to_string(record.repetition));
     add(std::to_string(record.seed));
-    visit_results(record, [&](const char*, const auto& value) { add(text_of(value)); });
-    for (const Json& value : pose_json(record.world_from_ct)) add(text_of(value.get<double>()));
-    visit_times(record, [&](const char*, const auto& value) { add(text_of(value)); });
+    visit_results(record, [&](const char*, const auto& value) { add(cell_text(value)); });
+    for (const Json& value : pose_json(record.world_from_ct)) add(cell_text(value.get<double>()));
+    visit_times(record, [&](const char*, const auto& value) { add(cell_text(value)); });
     return line + "\n";
 }
 
@@ -144,7 +137,7 @@ std::string trial_line(const TrialRecord& record) {
     visit_results(record, write);
     json["world_from_ct"] = pose_json(record.world_from_ct);
     visit_times(record, write);
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return one_line(json);
 }
 
 TrialRecord trial_from_line(const std::string& line) {

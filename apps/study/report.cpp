@@ -1,9 +1,6 @@
 #include "apps/study/report.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "apps/shared/manifest.h"
 #include "core/io/files/output.h"
@@ -11,19 +8,6 @@
 
 namespace raylign::detail::apps {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string text_of(const Json& json, int indent) {
-    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
-Json matrix(const RigidTransform& b_from_a) {
-    const Eigen::Matrix4d m = to_matrix(b_from_a);
-    Json rows = Json::array();
-    for (int r = 0; r < 4; ++r) rows.push_back({m(r, 0), m(r, 1), m(r, 2), m(r, 3)});
-    return rows;
-}
 
 Json json_of(const StudyCase& study_case) {
     return {{"views", study_case.views},
@@ -52,20 +36,6 @@ Json json_of(const StudySummary& summary) {
             {"linearizations", json_of(summary.linearizations)},
             {"undetected_failures", summary.undetected_failures},
             {"false_alarms", summary.false_alarms}};
-}
-
-std::vector<const TrialRecord*> records_of_case(const StudyJournal& journal, std::size_t study_case) {
-    std::vector<const TrialRecord*> list;
-    for (const auto& [number, record] : journal.trials()) {
-        if (record.study_case == study_case) list.push_back(&record);
-    }
-    return list;
-}
-
-std::vector<TrialOutcome> outcomes_of_case(const StudyJournal& journal, std::size_t study_case) {
-    std::vector<TrialOutcome> list;
-    for (const TrialRecord* record : records_of_case(journal, study_case)) list.push_back(outcome_of(*record));
-    return list;
 }
 
 Json mean_stage_times(const std::vector<const TrialRecord*>& records) {
@@ -135,28 +105,32 @@ Json agreement(const Study& study, const StudyJournal& journal) {
     return list;
 }
 
+/// Everything but the inputs' bytes and the cases that decides a trial's result.
 Json settings(const Study& study) {
-    const RegisterOptions& options = study.options.registration;
-    return {{"preset", study.options.preset},
-            {"bins", study.options.bins},
-            {"per_bin", study.options.per_bin},
-            {"noise_photons", study.options.noise_photons},
-            {"seed", options.seed},
-            {"projector", options.engine.projector},
-            {"step_mm", options.engine.step_mm},
-            {"storage", options.engine.storage},
-            {"levels", options.levels},
-            {"max_iterations", options.max_iterations},
+    const StudyOptions& options = study.options;
+    return {{"preset", options.preset},
+            {"bins", options.bins},
+            {"per_bin", options.per_bin},
+            {"noise_photons", options.noise_photons},
+            {"seed", options.method.seed},
+            {"projector", options.backend.projector},
+            {"step_mm", options.backend.step_mm},
+            {"storage", options.backend.storage},
+            {"levels", options.method.levels},
+            {"max_iterations", options.method.max_iterations},
             {"hu_preset", options.volume.hu_preset},
             {"hu_offset", options.volume.hu_offset},
-            {"attenuation", options.volume.attenuation}};
-}
-
-std::string share_text(const Proportion& p) {
-    char text[96];
-    std::snprintf(text, sizeof text, "%zu of %zu (%.0f %%, %.0f-%.0f)", p.successes, p.trials, 100 * p.rate,
-                  100 * p.low, 100 * p.high);
-    return text;
+            {"attenuation", options.volume.attenuation},
+            {"spacing", options.volume.spacing},
+            {"label", options.volume.label},
+            {"object", options.volume.object},
+            {"bone_threshold", or_null(options.volume.bone_threshold)},
+            {"clip", or_null(options.volume.clip)},
+            {"interpolation", options.backend.interpolation},
+            {"crop", options.backend.crop},
+            {"slices", options.backend.slices},
+            {"reduction", options.backend.reduction},
+            {"readback", options.backend.readback}};
 }
 
 }  // namespace
@@ -175,14 +149,14 @@ std::string study_config(const Study& study) {
     }
     config["inputs"] = Json::array();
     for (const std::filesystem::path& file : study.files) config["inputs"].push_back(sha256_of_file(file));
-    return text_of(config, -1);
+    return one_line(config);
 }
 
 std::string study_run_note(const Invocation& invocation, int processes) {
-    Json note = Json::parse(machine_json());
+    Json note = machine_json();
     note["command"] = invocation.command_line;
     note["processes"] = processes;
-    return text_of(note, -1);
+    return one_line(note);
 }
 
 std::string study_json(const Study& study, const StudyJournal& journal, const Invocation& invocation) {
@@ -194,7 +168,7 @@ std::string study_json(const Study& study, const StudyJournal& journal, const In
         if (study.is_simulated[v] != 0) report["simulated_views"].push_back(study.views[v].name);
     }
     report["targets"] = study.targets_ct_mm.size();
-    report["true_world_from_ct"] = matrix(study.true_world_from_ct);
+    report["true_world_from_ct"] = matrix_json(study.true_world_from_ct);
     report["cases"] = Json::array();
     for (std::size_t c = 0; c < study.cases.size(); ++c) report["cases"].push_back(case_json(study, journal, c));
     report["agreement"] = agreement(study, journal);
@@ -203,17 +177,17 @@ std::string study_json(const Study& study, const StudyJournal& journal, const In
         report["left_out"].push_back({{"backend", left_out.name}, {"reason", left_out.reason}});
     }
     report["notes"] = study.notes;
-    report["inputs"] = Json::parse(inputs_json(study.files));
+    report["inputs"] = inputs_json(study.files);
     report["backends"] = Json::array();
     for (std::size_t c = 0; c < study.cases.size(); ++c) {
-        Json info = Json::parse(backend_json(study.backends[c]->info()));
+        Json info = backend_json(study.backends[c]->info());
         if (std::ranges::find(report["backends"], info) == report["backends"].end()) {
             report["backends"].push_back(std::move(info));
         }
     }
     report["runs"] = Json::array();
     for (const std::string& run : journal.runs()) report["runs"].push_back(Json::parse(run));
-    return text_of(report, 2) + "\n";
+    return indented(report);
 }
 
 std::string study_starts_json(const Study& study) {
@@ -226,46 +200,24 @@ std::string study_starts_json(const Study& study) {
                         {"repetition", place.repetition},
                         {"seed", start.seed},
                         {"initial_mtre_mm", start.initial_mtre_mm},
-                        {"world_from_ct", matrix(start.world_from_ct)}});
+                        {"world_from_ct", matrix_json(start.world_from_ct)}});
     }
-    return text_of({{"raylign", RAYLIGN_VERSION}, {"cases", study.cases.size()}, {"starts", list}}, 1) + "\n";
+    return indented({{"raylign", RAYLIGN_VERSION}, {"cases", study.cases.size()}, {"starts", list}}, 1);
 }
 
-std::string study_summary(const Study& study, const StudyJournal& journal) {
-    std::string text;
-    char line[320];
-    for (std::size_t c = 0; c < study.cases.size(); ++c) {
-        const std::vector<TrialOutcome> outcomes = outcomes_of_case(journal, c);
-        const StudySummary all = summarise(outcomes);
-        text += case_label(study.cases[c]) + "\n";
-        std::snprintf(line, sizeof line, "  %-14s %s, capture range %.0f mm\n", "success",
-                      share_text(all.success).c_str(),
-                      capture_range_mm(successes_per_interval(study.intervals, outcomes)));
-        text += line;
-        const auto row = [&](const char* name, const Percentiles& p, const char* unit) {
-            std::snprintf(line, sizeof line, "  %-14s p50 %.3g  p75 %.3g  p95 %.3g  p99 %.3g  max %.3g %s\n", name,
-                          p.p50, p.p75, p.p95, p.p99, p.max, unit);
-            text += line;
-        };
-        row("mTRE", all.mtre_mm, "mm");
-        row("mRPD", all.mrpd_mm, "mm");
-        row("in-plane", all.in_plane_mm, "mm");
-        row("depth", all.depth_mm, "mm");
-        row("rotation", all.rotation_deg, "deg");
-        row("time", all.time_s, "s");
-        row("evaluations", all.evaluations, "");
-        row("linearizations", all.linearizations, "");
-        std::snprintf(line, sizeof line, "  %-14s %zu undetected failures, %zu false alarms\n", "verdict",
-                      all.undetected_failures, all.false_alarms);
-        text += line;
-        for (const IntervalSuccess& i : successes_per_interval(study.intervals, outcomes)) {
-            std::snprintf(line, sizeof line, "  %5.1f-%-5.1f mm  %s\n", i.low_mm, i.high_mm,
-                          share_text(wilson_interval(i.successes, i.trials)).c_str());
-            text += line;
-        }
+std::string trials_json(const StudyJournal& journal) {
+    Json list = Json::array();
+    for (const auto& [number, r] : journal.trials()) {
+        list.push_back({{"trial", number},
+                        {"case", r.study_case},
+                        {"initial_mtre_mm", r.initial_mtre_mm},
+                        {"final_mtre_mm", r.final_mtre_mm},
+                        {"success", r.success},
+                        {"verdict_ok", r.verdict_ok},
+                        {"reasons", r.reasons},
+                        {"error", r.error}});
     }
-    for (const LeftOut& left_out : study.left_out) text += "left out: " + left_out.name + ": " + left_out.reason + "\n";
-    return text;
+    return one_line(list);
 }
 
 }  // namespace raylign::detail::apps

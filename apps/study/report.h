@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/shared/invocation.h"
 #include "apps/study/journal.h"
 
 namespace raylign::detail::apps {
@@ -17,6 +18,9 @@ namespace raylign::detail::apps {
 /// study.json: settings, cases with their statistics per interval and over all, agreement of the backends, inputs with
 /// hashes, machine.
 [[nodiscard]] std::string study_json(const Study& study, const StudyJournal& journal, const Invocation& invocation);
+
+/// What the page needs of every trial, JSON in one line.
+[[nodiscard]] std::string trials_json(const StudyJournal& journal);
 
 /// study_starts.json: every start with its number, seed and pose.
 [[nodiscard]] std::string study_starts_json(const Study& study);

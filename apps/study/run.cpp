@@ -1,17 +1,16 @@
 #include "apps/study/run.h"
 
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 
+#include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/lines.h"
+#include "apps/shared/progress_bar.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::apps {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr const char* kNoMore = "no more";
 constexpr int kHandedOutAhead = 2;  // one to work on and one to go on with: no rank waits for rank 0's own trial
@@ -31,7 +30,7 @@ public:
 
     void tell(const StudyJournal& journal) const {
         const std::size_t done = journal.trials().size();
-        const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
+        const double elapsed_s = seconds_since(begin_);
         const double each_s = done > before_ ? elapsed_s / static_cast<double>(done - before_) : 0;
         if (callback_) callback_({done, total_, each_s * static_cast<double>(total_ - done)});
     }
@@ -101,23 +100,18 @@ private:
 }  // namespace
 
 std::string study_progress_line(const StudyProgress& progress) {
-    constexpr int kWidth = 24;
-    const double fraction = progress.total == 0 ? 1 : static_cast<double>(progress.done) / progress.total;
-    const int filled = static_cast<int>(std::lround(fraction * kWidth));
-    const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '-');
+    const double share = progress.total == 0 ? 1 : static_cast<double>(progress.done) / progress.total;
     const auto left_s = static_cast<long long>(std::ceil(progress.remaining_s));
-    char left[64] = "";
+    std::string left;
     if (left_s >= 3600) {
-        std::snprintf(left, sizeof left, "  %lld h %lld min left", left_s / 3600, left_s % 3600 / 60);
+        left = format("  %lld h %lld min left", left_s / 3600, left_s % 3600 / 60);
     } else if (left_s >= 60) {
-        std::snprintf(left, sizeof left, "  %lld min %lld s left", left_s / 60, left_s % 60);
+        left = format("  %lld min %lld s left", left_s / 60, left_s % 60);
     } else if (left_s > 0) {
-        std::snprintf(left, sizeof left, "  %lld s left", left_s);
+        left = format("  %lld s left", left_s);
     }
-    char text[160];
-    std::snprintf(text, sizeof text, "[%s] %3.0f%%  %zu of %zu trials%s", bar.c_str(), std::floor(100 * fraction),
-                  progress.done, progress.total, left);
-    return text;
+    return bar_text(share) +
+           format(" %3.0f%%  %zu of %zu trials", std::floor(100 * share), progress.done, progress.total) + left;
 }
 
 void run_alone(const Study& study, StudyJournal& journal, const StudyCallback& progress) {

@@ -1,7 +1,8 @@
 #include "apps/study/setup.h"
 
+#include "apps/shared/append.h"
 #include "apps/shared/interrupt.h"
-#include "apps/study/simulated_views.h"
+#include "apps/shared/simulated_views.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/io/pose.h"
@@ -11,13 +12,8 @@
 namespace raylign::detail::apps {
 namespace {
 
-template <typename T>
-void append(std::vector<T>& list, const std::vector<T>& more) {
-    list.insert(list.end(), more.begin(), more.end());
-}
-
 void read_small_files(Study& study) {
-    const RegisterOptions& options = study.options.registration;
+    const TruthFlags& options = study.options.truth;
     study.true_world_from_ct = read_pose(options.truth);
     study.files.push_back(options.truth);
     if (!options.targets.empty()) {
@@ -36,7 +32,7 @@ void make_cases(Study& study) {
     for (const View& view : study.views) names.push_back(view.name);
     study.cases = study_cases(study.options, names, study.left_out);
     for (const StudyCase& study_case : study.cases) {
-        const EngineFlags flags = with_backend(study.options.registration.engine, study_case.backend);
+        const BackendFlags flags = with_backend(study.options.backend, study_case.backend);
         study.backends.push_back(choose_backend(flags).backend);
     }
 }
@@ -52,20 +48,18 @@ Study set_up_study(const StudyOptions& settled_options) {
     Study study;
     study.options = settled_options;
     study.intervals = study_intervals(parse_bins(study.options.bins));
-    (void)render_settings(study.options.registration.engine);  // checks names first: that is cheap
+    (void)render_settings(study.options.backend);  // checks names first: that is cheap
     read_small_files(study);
     make_cases(study);
     stop_if_interrupted();
-    VolumeFile volume =
-        read_volume(study.options.registration.volume.file, volume_read_options(study.options.registration.volume));
+    VolumeFile volume = read_volume(study.options.volume.file, volume_read_options(study.options.volume));
     study.volume = std::move(volume.volume);
     append(study.files, volume.files);
     append(study.notes, volume.notes);
     stop_if_interrupted();
     if (study.targets_ct_mm.empty()) study.targets_ct_mm = default_targets_ct_mm(study.volume);
-    const SimulatedViews simulated =
-        simulate_missing_images(study.volume, study.views, study.true_world_from_ct,
-                                projector_from_name(study.options.registration.engine.projector));
+    const SimulatedViews simulated = simulate_missing_images(study.volume, study.views, study.true_world_from_ct,
+                                                             projector_from_name(study.options.backend.projector));
     study.is_simulated = simulated.is_simulated;
     study.simulation = simulated.how;
     return study;

@@ -1,23 +1,23 @@
 #include "apps/study/trial.h"
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace raylign::detail::apps {
 namespace {
 
 RegistrationOptions options_of_case(const Study& study, const StudyCase& study_case) {
-    RegisterOptions options = study.options.registration;
-    options.method = study_case.method;
-    options.metric = study_case.metric;
-    options.engine.backend = study_case.backend;
-    RegistrationOptions registration = registration_options(options);
+    MethodFlags method = study.options.method;
+    method.name = study_case.method;
+    method.metric = study_case.metric;
+    RegistrationOptions registration = registration_options(method, {}, study.options.backend);
     registration.rotation_centre_ct_mm = study.rotation_centre_ct_mm;
     return registration;
 }
 
 void take_result(TrialRecord& record, const RegistrationResult& result) {
     record.verdict_ok = result.ok;
-    for (const std::string& reason : result.reasons) record.reasons += (record.reasons.empty() ? "" : "; ") + reason;
+    record.reasons = joined(result.reasons, "; ");
     record.cost_initial = result.cost_initial;
     record.cost_final = result.cost_final;
     record.iterations = static_cast<std::uint64_t>(result.iterations);
@@ -52,8 +52,8 @@ void measure(TrialRecord& record, const Study& study, const RigidTransform& star
 }  // namespace
 
 StudyStart start_of_trial(const Study& study, const TrialPlace& place) {
-    return study_start(study.intervals[place.interval], place.interval, place.repetition,
-                       study.options.registration.seed, study.true_world_from_ct, study.targets_ct_mm);
+    return study_start(study.intervals[place.interval], place.interval, place.repetition, study.options.method.seed,
+                       study.true_world_from_ct, study.targets_ct_mm);
 }
 
 TrialRecord run_trial(const Study& study, std::size_t trial, const RunControl& control) {

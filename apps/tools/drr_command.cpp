@@ -5,7 +5,9 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
-#include "core/base/error.h"
+#include "apps/shared/options.h"
+#include "apps/shared/outputs.h"
+#include "apps/shared/parse.h"
 #include "core/io/files/output.h"
 #include "core/io/images/png.h"
 #include "raylign/io/image.h"
@@ -16,6 +18,17 @@
 namespace raylign::detail::apps {
 namespace {
 
+struct DrrOptions {
+    VolumeFlags volume;
+    BackendFlags backend;
+    std::vector<std::string> views;
+    std::filesystem::path pose, output;
+    double noise_photons = 0;  ///< 0 = no noise
+    std::uint64_t seed = 1;
+    bool png = false;
+    bool quiet = false;
+};
+
 std::vector<std::filesystem::path> all_inputs(const DrrOptions& options, const ViewsFile& views) {
     std::vector<std::filesystem::path> files = views.files;
     files.insert(files.end(), {options.pose, options.volume.file, options.volume.labels});
@@ -24,21 +37,17 @@ std::vector<std::filesystem::path> all_inputs(const DrrOptions& options, const V
     return files;
 }
 
+std::string png_file_name(const std::string& view) { return "drr_" + view + ".png"; }
+
 /// Each view draws noise of its own: seeds far apart, so that view 1 of seed 1 is not view 0 of seed 2.
 std::uint64_t seed_of_view(std::uint64_t seed, std::size_t view) { return seed + 0x9E3779B97F4A7C15u * view; }
 
-void check(const DrrOptions& options) {
-    settle_conflicts(options);
-    const double photons = options.noise_photons;
-    if (photons != 0 && !(photons >= 1 && photons <= 1e9)) {
-        throw bad_value("--noise", std::to_string(photons), "in [1, 1e9], or 0 for none");
-    }
-}
-
 int run_drr(const DrrOptions& options) {
-    check(options);
-    const RenderSettings render = render_settings(options.engine);
-    const BackendChoice choice = choose_backend(options.engine);
+    settle_conflicts(options.volume);
+    settle_conflicts(options.backend);
+    check_photons(options.noise_photons);
+    const RenderSettings render = render_settings(options.backend);
+    const BackendChoice choice = choose_backend(options.backend);
     const RigidTransform world_from_ct = read_pose(options.pose);
     ViewsFile file = read_views(options.views, {.images = ReadImages::never});
     const VolumeFile volume = read_volume(options.volume.file, volume_read_options(options.volume));
@@ -46,9 +55,9 @@ int run_drr(const DrrOptions& options) {
 
     std::vector<std::string> images, outputs{"views.json"};
     for (const View& view : file.views) {
-        images.push_back("drr_" + view.name + ".tif");
+        images.push_back(drr_file_name(view.name));
         outputs.push_back(images.back());
-        if (options.png) outputs.push_back("drr_" + view.name + ".png");
+        if (options.png) outputs.push_back(png_file_name(view.name));
     }
     refuse_to_overwrite(all_inputs(options, file), options.output, outputs);
     OutputFolder folder(options.output);
@@ -65,8 +74,7 @@ int run_drr(const DrrOptions& options) {
         }
         write_image(folder.stage(images[i]), image);
         if (options.png) {
-            write_png(folder.stage("drr_" + file.views[i].name + ".png"),
-                      grey_picture(image, robust_window(image, {})));
+            write_png(folder.stage(png_file_name(file.views[i].name)), grey_picture(image, robust_window(image, {})));
         }
     }
     write_views(folder.stage("views.json"), file.views, images);
@@ -82,8 +90,8 @@ void add_drr_flags(CLI::App& command, DrrOptions& options) {
     describe(command.add_option("--noise", options.noise_photons,
                                 "Photons of an unattenuated pixel, 1 to 1e9; default 0: no noise"),
              "PHOTONS", kMethodGroup);
-    add_seed_option(command, options.seed, "Of the noise");
-    add_engine_flags(command, options.engine);
+    add_seed_flag(command, options.seed, "Of the noise");
+    add_backend_flags(command, options.backend);
     describe(command
                  .add_option("-o,--output", options.output,
                              "Folder for drr_<view>.tif (float32 line integrals) and a views.json for register")
@@ -99,7 +107,7 @@ void add_drr_command(CLI::App& app, Job& job) {
     const auto options = std::make_shared<DrrOptions>();
     CLI::App& command = *app.add_subcommand("drr", "Simulate X-rays of a CT at a given pose");
     add_volume_flags(command, options->volume);
-    add_views_option(command, options->views, "views.json, whose images are not read");
+    add_views_flag(command, options->views, "views.json, whose images are not read");
     describe(
         command
             .add_option("--pose", options->pose, "world_from_ct: pose.json, or an ITK .tfm, which holds ct_from_world")

@@ -1,12 +1,16 @@
 #include <iostream>
 
-#include "apps/register/report.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
+#include "apps/tools/info_report.h"
 #include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {
+
+struct InfoOptions {
+    bool json = false;
+};
 
 void print_device(const DeviceStatus& device) {
     std::cout << "      device " << device.index << "  " << device.name << "\n";

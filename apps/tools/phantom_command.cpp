@@ -3,12 +3,20 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "raylign/io/volume.h"
 #include "raylign/phantom.h"
 
 namespace raylign::detail::apps {
 namespace {
+
+struct PhantomOptions {
+    std::string kind;
+    std::string size = "128,128,128";
+    std::string spacing = "2,2,2";
+    std::filesystem::path output;
+};
 
 Phantom phantom_of_kind(const std::string& kind, const Eigen::Vector3d& extent_mm) {
     if (kind == "spine") return spine_phantom(extent_mm);

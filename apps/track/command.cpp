@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <iostream>
 
-#include "apps/register/flags.h"
+#include "apps/shared/append.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/options.h"
+#include "apps/shared/outputs.h"
 #include "apps/track/pictures.h"
 #include "apps/track/report.h"
 #include "core/base/error.h"
@@ -15,14 +17,18 @@
 namespace raylign::detail::apps {
 namespace {
 
+std::string joint_file_name(const std::string& joint) { return "joint_" + joint + ".csv"; }
+std::string hashes_file_name(const std::string& view) { return "frames_" + view + ".sha256"; }
+std::string tra_file_name(const std::string& object) { return object + ".tra"; }
+
 std::vector<std::string> output_file_names(const TrackInputs& inputs) {
     std::vector<std::string> names{"trajectory.csv", "track.json", "track.html", TrackJournal::kName,
                                    TrackJournal::kOldName};
-    for (const TrackObject& object : inputs.objects) names.push_back(object.name + ".tra");
+    for (const TrackObject& object : inputs.objects) names.push_back(tra_file_name(object.name));
     for (const auto& [proximal, distal] : inputs.joints) {
-        names.push_back("joint_" + inputs.objects[proximal].name + "_" + inputs.objects[distal].name + ".csv");
+        names.push_back(joint_file_name(inputs.objects[proximal].name + "_" + inputs.objects[distal].name));
     }
-    for (const std::string& view : inputs.view_names()) names.push_back("frames_" + view + ".sha256");
+    for (const std::string& view : inputs.view_names()) names.push_back(hashes_file_name(view));
     return names;
 }
 
@@ -64,7 +70,7 @@ void stage_frame_hashes(TrackReport& report, OutputFolder& folder) {
         const std::vector<std::filesystem::path> files = frame_files(report, v);
         if (files.size() == 1) report.hashed.emplace_back(files.front().string(), files.front());
         if (files.size() < 2) continue;
-        const std::string name = "frames_" + report.inputs.views.views[v].name + ".sha256";
+        const std::string name = hashes_file_name(report.inputs.views.views[v].name);
         std::string text;
         for (const auto& file : files) {
             text += hash_or_dashes(file) + "  " + file.string() + "\n";
@@ -91,14 +97,12 @@ std::string trajectory_csv(const TrackInputs& inputs, const TrackRecord& record)
 void stage_tra_files(TrackReport& report, OutputFolder& folder) {
     for (const TrackObject& object : report.inputs.objects) {
         std::vector<std::optional<RigidTransform>> poses;
-        for (const TrajectoryRow& row : report.record.rows) {
-            if (row.object == object.name) poses.push_back(pose_of(row.frame));
-        }
+        for (const TrackFrame* frame : frames_of(report.record.rows, object.name)) poses.push_back(pose_of(*frame));
         try {
-            stage_text(report, folder, object.name + ".tra", tra_text(poses, object.file_grid));
+            stage_text(report, folder, tra_file_name(object.name), tra_text(poses, object.file_grid));
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::input || determinant_of(object.file_grid.direction) > 0) throw;
-            report.notes.push_back("no " + object.name + ".tra: " + error.what());
+            report.notes.push_back("no " + tra_file_name(object.name) + ": " + error.what());
         }
     }
 }
@@ -112,7 +116,7 @@ std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_poi
         const auto [proximal, distal] = report.inputs.joints[j];
         report.joints.push_back(
             joint_rows(report.record.rows, report.inputs.objects[proximal], report.inputs.objects[distal], sequence));
-        stage_text(report, folder, "joint_" + report.joint_name(j) + ".csv", joint_csv(report.joints[j], sequence));
+        stage_text(report, folder, joint_file_name(report.joint_name(j)), joint_csv(report.joints[j], sequence));
     }
     const std::vector<PageOverlay> pictures =
         report.complete() ? track_pictures(report, backend, folder.stage("track.html").parent_path())
@@ -128,20 +132,22 @@ std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_poi
 
 int run_track_command(const TrackCommandOptions& options, const Invocation& invocation) {
     const auto begin = Clock::now();
-    settle_conflicts(options.registration);
+    settle_conflicts(options.volume);
+    settle_conflicts(options.backend);
+    settle_conflicts(options.search, options.method);
     (void)track_options(options, 1);  // checks names first: that is cheap
-    BackendChoice choice = choose_backend(options.registration.engine);
+    BackendChoice choice = choose_backend(options.backend);
     const TrackInputs inputs = read_track_inputs(options);
     TrackOptions track = track_options(options, inputs.frame_step);
-    const std::filesystem::path& output = options.registration.output;
+    const std::filesystem::path& output = options.output.folder;
     refuse_to_overwrite(all_inputs(inputs), output, output_file_names(inputs));
     OutputFolder folder(output);  // before the work: an unwritable folder should not cost a run
     TrackJournal journal(output, inputs.view_names());
 
-    const auto show = options.registration.quiet ? ProgressBar::Show::never : ProgressBar::Show::on_terminals;
     TrackRecord record;
     try {
-        record = run_track(inputs, track, *choice.backend, show, journal, {.stop = interrupt_token()});
+        record = run_track(inputs, track, *choice.backend, ProgressBar::show_of(options.output), journal,
+                           {.stop = interrupt_token()});
     } catch (...) {  // before the first frame was done
         journal.remove();
         throw;
@@ -149,13 +155,13 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
     TrackReport report{options, invocation, inputs, record, choice.backend->info(), choice.passed_over};
     for (const auto& file : inputs.files) report.hashed.emplace_back(file.string(), file);
     report.notes = inputs.notes;
-    report.notes.insert(report.notes.end(), record.notes.begin(), record.notes.end());
+    append(report.notes, record.notes);
     const std::string json = stage_outputs(report, *choice.backend, begin, folder);
     folder.commit();
     journal.remove();
-    if (options.registration.json) {
+    if (options.output.json) {
         std::cout << json;
-    } else if (!options.registration.quiet) {
+    } else if (!options.output.quiet) {
         std::cout << track_summary(report);
     }
     if (interrupted()) {
@@ -213,35 +219,26 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
              "NAME=FILE ...", "Joints");
 }
 
-void add_output_flags(CLI::App& command, RegisterOptions& options) {
-    describe(
-        command
-            .add_option(
-                "-o,--output", options.output,
-                "Folder for trajectory.csv, .tra, joints, report; replaced when there is a result, doubtful or not")
-            ->required(),
-        "DIR (required)", kOutputGroup);
-    command.add_flag("--json", options.json, "Print track.json and nothing else; default off")->group(kOutputGroup);
-    command.add_flag("--quiet", options.quiet, "No progress bar, no summary; default off")->group(kOutputGroup);
-}
-
 }  // namespace
 
 void add_track_command(CLI::App& app, Job& job) {
     const auto options = std::make_shared<TrackCommandOptions>();
-    RegisterOptions& registration = options->registration;
     CLI::App& command = *app.add_subcommand("track", "Follow bones through a sequence of X-rays");
-    add_volume_flags(command, registration.volume);
+    add_volume_flags(command, options->volume);
     command.get_option("--volume")->required(false)->option_text("FILE");
-    add_views_option(command, registration.views, "views.json: cameras, frames, masks");
+    add_views_flag(command, options->views.files, "views.json: cameras, frames, masks");
     add_frame_flags(command, *options);
-    add_auto_mask_flag(command, registration);
+    add_auto_mask_flag(command, options->views);
     add_object_and_start_flags(command, *options);
-    add_method_flags(command, registration);
-    add_search_flags(command, registration);
+    add_method_flags(command, options->method);
+    add_search_flags(command, options->search);
     add_track_flags(command, *options);
-    add_engine_flags(command, registration.engine);
-    add_output_flags(command, registration);
+    add_backend_flags(command, options->backend);
+    add_output_flags(command, options->output,
+                     {.folder = "Folder for trajectory.csv, .tra, joints, report; replaced when there is a result, "
+                                "doubtful or not",
+                      .json_file = "track.json",
+                      .quiet = "No progress bar, no summary"});
     finish_command(
         command,
         "  raylign track -v radius.nii.gz --views views.json --start pose.json -o track\n"

@@ -1,22 +1,17 @@
 #include "apps/track/inputs.h"
 
 #include <algorithm>
-#include <chrono>
 
-#include "apps/register/first_guess.h"
+#include "apps/shared/append.h"
+#include "apps/shared/clock.h"
+#include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/options.h"
 #include "core/io/files/json_node.h"
 #include "core/registration/object/pose_space.h"
 
 namespace raylign::detail::apps {
 namespace {
-
-template <typename T>
-void append(std::vector<T>& list, const std::vector<T>& more) {
-    for (const T& item : more) {
-        if (std::ranges::find(list, item) == list.end()) list.push_back(item);  // bones may share their files
-    }
-}
 
 /// The usual distance of neighbours: the median.
 double usual_step(const std::vector<FrameSet>& frames) {
@@ -43,19 +38,19 @@ TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
     VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
     object.volume = std::move(volume.volume);
     object.file_grid = volume.file_grid;
-    append(inputs.files, volume.files);
+    append_new(inputs.files, volume.files);
     for (std::string& note : volume.notes) note = flags.name + ": " + note;
-    append(inputs.notes, volume.notes);
+    append_new(inputs.notes, volume.notes);
     FirstGuess guess = first_guess({flags.start, {}, {}}, object.volume.grid, inputs.views);
     object.start_world_from_ct = guess.world_from_ct;
-    append(inputs.files, guess.files);
+    append_new(inputs.files, guess.files);
     for (std::string& note : guess.notes) note = flags.name + ": " + note;
-    append(inputs.notes, guess.notes);
+    append_new(inputs.notes, guess.notes);
     if (flags.axes.empty()) {
         object.ct_from_axes = RigidTransform::translate(object_extent(object.volume).centre_ct_mm);
     } else {
         object.ct_from_axes = read_axes(flags.axes);
-        append(inputs.files, {std::filesystem::path(flags.axes)});
+        append_new(inputs.files, {std::filesystem::path(flags.axes)});
     }
     return object;
 }
@@ -78,19 +73,18 @@ RigidTransform read_axes(const std::filesystem::path& path) {
 }
 
 TrackInputs read_track_inputs(const TrackCommandOptions& options) {
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     TrackInputs inputs;
     const std::vector<ObjectFlags> objects = objects_of(options);
     inputs.joints = joints_of(options, objects);
     for (const ObjectFlags& object : objects) {
         if (!object.axes.empty()) (void)read_axes(object.axes);  // a typo should not wait for a large CT
     }
-    const RegisterOptions& registration = options.registration;
     inputs.views =
-        read_views(registration.views,
-                   {.images = ReadImages::frames, .auto_mask = registration.auto_mask, .frames = options.frames});
-    append(inputs.files, inputs.views.files);
-    append(inputs.notes, inputs.views.notes);
+        read_views(options.views.files,
+                   {.images = ReadImages::frames, .auto_mask = options.views.auto_mask, .frames = options.frames});
+    append_new(inputs.files, inputs.views.files);
+    append_new(inputs.notes, inputs.views.notes);
     inputs.frames = pair_frames(inputs.views, options.range);
     inputs.frame_step = usual_step(inputs.frames);
     check_frame_sizes(inputs.views, inputs.frames);
@@ -100,7 +94,7 @@ TrackInputs read_track_inputs(const TrackCommandOptions& options) {
         inputs.objects.push_back(read_object(object, inputs));
         stop_if_interrupted();
     }
-    inputs.load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    inputs.load_s = seconds_since(begin);
     return inputs;
 }
 

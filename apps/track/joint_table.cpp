@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "apps/track/run.h"
 #include "core/base/error.h"
 #include "core/io/files/text.h"
 
@@ -11,14 +12,6 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::size_t kNumbers = 3 + 3 + 2 + 3 + 3;
-
-std::vector<const TrackFrame*> frames_of(const std::vector<TrajectoryRow>& trajectory, const std::string& object) {
-    std::vector<const TrackFrame*> frames;
-    for (const TrajectoryRow& row : trajectory) {
-        if (row.object == object) frames.push_back(&row.frame);
-    }
-    return frames;
-}
 
 }  // namespace
 

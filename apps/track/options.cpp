@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <charconv>
 
+#include "apps/shared/options.h"
+#include "apps/shared/parse.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/files/text.h"
 #include "core/io/views/view_files.h"
 
@@ -23,9 +26,9 @@ std::vector<int> labels_in(const std::string& text) {
 }
 
 std::string names_of(const std::vector<ObjectFlags>& objects) {
-    std::string names;
-    for (const ObjectFlags& object : objects) names += (names.empty() ? "" : ", ") + object.name;
-    return names;
+    std::vector<std::string> names;
+    for (const ObjectFlags& object : objects) names.push_back(object.name);
+    return joined(names);
 }
 
 ObjectFlags* find(std::vector<ObjectFlags>& objects, const std::string& name) {
@@ -38,7 +41,7 @@ ObjectFlags object_of(const std::string& argument, const TrackCommandOptions& op
     if (!detail::is_view_name(name)) {
         throw bad_value("name of --bone", name, "letters, digits, '_', '-' or '.' (it becomes part of file names)");
     }
-    ObjectFlags object{name, options.registration.volume, "", ""};
+    ObjectFlags object{name, options.volume, "", ""};
     const std::vector<int> labels = labels_in(value);
     if (!object.volume.labels.empty() && !labels.empty()) {
         if (object.volume.file.empty()) throw Error("--bone " + argument + ": its CT is missing: give -v FILE");
@@ -76,20 +79,12 @@ void take_starts(const TrackCommandOptions& options, std::vector<ObjectFlags>& o
 
 }  // namespace
 
-std::pair<std::string, std::string> split_named(const std::string& argument, std::string_view option) {
-    const std::size_t equals = argument.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == argument.size()) {
-        throw bad_value(option, argument, "NAME=VALUE");
-    }
-    return {argument.substr(0, equals), argument.substr(equals + 1)};
-}
-
 std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options) {
     std::vector<ObjectFlags> objects;
     if (options.bones.empty()) {
-        if (options.registration.volume.file.empty()) throw Error("no CT: give -v FILE, or --bone NAME=FILE");
-        objects.push_back({"object", options.registration.volume, "", ""});
-    } else if (!options.registration.volume.label.empty()) {
+        if (options.volume.file.empty()) throw Error("no CT: give -v FILE, or --bone NAME=FILE");
+        objects.push_back({"object", options.volume, "", ""});
+    } else if (!options.volume.label.empty()) {
         throw Error("--label contradicts --bone: name the labels as --bone NAME=LABEL");
     }
     for (const std::string& argument : options.bones) {
@@ -135,7 +130,7 @@ std::vector<std::pair<std::size_t, std::size_t>> joints_of(const TrackCommandOpt
 
 TrackOptions track_options(const TrackCommandOptions& options, double frame_step) {
     TrackOptions track;
-    track.registration = registration_options(options.registration);
+    track.registration = registration_options(options.method, options.search, options.backend);
     track.recovery = search_from_name(options.recover);
     if (track.recovery == Search::automatic) throw bad_value("--recover", "auto", "none, near or global");
     if (options.max_jump_mm != 0) track.max_jump_mm = options.max_jump_mm;

@@ -5,16 +5,21 @@
 #include <utility>
 #include <vector>
 
-#include "apps/shared/options.h"
+#include "apps/shared/flags.h"
 #include "raylign/io/frames.h"
 #include "raylign/joint_motion.h"
 #include "raylign/tracking.h"
 
 namespace raylign::detail::apps {
 
-/// What the command line of `track` says. Of `registration`, start, targets, truth and landmarks are not used.
+/// What the command line of `track` says.
 struct TrackCommandOptions {
-    RegisterOptions registration;
+    VolumeFlags volume;
+    ViewFlags views;
+    MethodFlags method;
+    SearchFlags search;
+    BackendFlags backend;
+    OutputFlags output;
     std::vector<std::string> frames;  ///< VIEW=PATTERN
     FrameRange range;
     std::vector<std::string> bones;   ///< NAME=FILE or NAME=LABELS; none = one object called "object"
@@ -25,9 +30,6 @@ struct TrackCommandOptions {
     std::string cardan = "XYZ";
     std::vector<std::string> axes;  ///< NAME=FILE
 };
-
-/// "NAME=VALUE" in two; `option` is named in the Error for anything else.
-[[nodiscard]] std::pair<std::string, std::string> split_named(const std::string& argument, std::string_view option);
 
 /// One object as the flags say it.
 struct ObjectFlags {

@@ -34,10 +34,7 @@ std::vector<PageOverlay> track_pictures(const TrackReport& report, Backend& back
     const RegistrationOptions& registration = options.registration;
     for (std::size_t o = 0; o < std::min(report.inputs.objects.size(), kMostObjects); ++o) {
         const TrackObject& object = report.inputs.objects[o];
-        std::vector<const TrackFrame*> frames;
-        for (const TrajectoryRow& row : report.record.rows) {
-            if (row.object == object.name) frames.push_back(&row.frame);
-        }
+        const std::vector<const TrackFrame*> frames = frames_of(report.record.rows, object.name);
         const auto session = backend.prepare({object.volume, report.inputs.views.views, registration.render, {}});
         for (const std::size_t i : frames_to_show(frames)) {
             if (interrupted()) return overlays;

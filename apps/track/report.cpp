@@ -2,35 +2,21 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "apps/shared/interrupt.h"
+#include "apps/shared/lines.h"
 #include "apps/shared/manifest.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/base/text.h"
 #include "core/io/files/output.h"
 #include "raylign/version.h"
 
 namespace raylign::detail::apps {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::array kStatuses{TrackStatus::ok, TrackStatus::doubtful, TrackStatus::lost, TrackStatus::missing};
-
-template <typename Vector>
-Json triple(const Vector& v) {
-    return Json::array({v.x(), v.y(), v.z()});
-}
-
-std::vector<const TrackFrame*> frames_of(const TrackReport& report, const std::string& object) {
-    std::vector<const TrackFrame*> frames;
-    for (const TrajectoryRow& row : report.record.rows) {
-        if (row.object == object) frames.push_back(&row.frame);
-    }
-    return frames;
-}
 
 /// {p50, p95, max} of a number of the frames with a pose.
 Json spread(const std::vector<const TrackFrame*>& frames, double TrackFrame::*number) {
@@ -56,8 +42,9 @@ Json frame_json(const TrackFrame& frame, const TrackObject& object, std::optiona
     if (const auto pose = pose_of(frame)) {
         if (!first) first = pose;
         const Eigen::Vector3d centre = object.volume.grid.centre_ct_mm();
-        json["moved_mm"] = triple(Eigen::Vector3d(*pose * centre - *first * centre));
-        json["turned_deg"] = triple(Eigen::Vector3d(log(*pose * inverse(*first)).head<3>() * (180 / std::numbers::pi)));
+        json["moved_mm"] = vector_json(Eigen::Vector3d(*pose * centre - *first * centre));
+        json["turned_deg"] =
+            vector_json(Eigen::Vector3d(log(*pose * inverse(*first)).head<3>() * (180 / std::numbers::pi)));
         json["cost"] = frame.cost;
         json["jump_mm"] = frame.jump_mm;
         json["expected_error_mm"] = frame.expected_error_mm;
@@ -70,10 +57,10 @@ Json frame_json(const TrackFrame& frame, const TrackObject& object, std::optiona
 }
 
 Json object_json(const TrackReport& report, const TrackObject& object) {
-    const auto frames = frames_of(report, object.name);
+    const auto frames = frames_of(report.record.rows, object.name);
     Json json{{"name", object.name},
-              {"volume_size", triple(object.volume.grid.size)},
-              {"spacing_mm", triple(object.volume.grid.spacing_mm)}};
+              {"volume_size", vector_json(object.volume.grid.size)},
+              {"spacing_mm", vector_json(object.volume.grid.spacing_mm)}};
     for (const TrackStatus status : kStatuses)
         json["frames_by_status"][std::string(status_name(status))] = count(frames, status);
     json["searched"] = std::ranges::count_if(frames, [](const TrackFrame* f) { return f->searched != Search::none; });
@@ -95,8 +82,8 @@ Json joint_json(const TrackReport& report, std::size_t joint) {
     for (const JointRow& row : report.joints[joint]) {
         Json entry{{"frame", row.frame}, {"status", status_name(row.status)}};
         if (row.proximal_from_distal) {
-            entry["angles_deg"] = triple(Eigen::Vector3d(row.angles_rad * (180 / std::numbers::pi)));
-            entry["translation_mm"] = triple(row.proximal_from_distal->translation_mm);
+            entry["angles_deg"] = vector_json(Eigen::Vector3d(row.angles_rad * (180 / std::numbers::pi)));
+            entry["translation_mm"] = vector_json(row.proximal_from_distal->translation_mm);
         }
         json["frames"].push_back(entry);
     }
@@ -127,7 +114,7 @@ std::vector<std::string> verdict_reasons(const TrackReport& report) {
                           std::to_string(report.inputs.frames.size()) + " frames: " + stop_text(report));
     }
     for (const TrackObject& object : report.inputs.objects) {
-        const auto frames = frames_of(report, object.name);
+        const auto frames = frames_of(report.record.rows, object.name);
         for (const TrackStatus status : {TrackStatus::doubtful, TrackStatus::lost, TrackStatus::missing}) {
             const long long found = count(frames, status);
             if (found == 0) continue;
@@ -143,18 +130,6 @@ double frames_per_second(const TrackReport& report) {
     return wall_s > 0 ? static_cast<double>(report.record.instants) / wall_s : 0;
 }
 
-std::string line(const char* label, const std::string& text) {
-    char start[16];
-    std::snprintf(start, sizeof start, "  %-10s", label);
-    return start + text + "\n";
-}
-
-std::string short_number(double value, int digits) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*f", digits, value);
-    return text;
-}
-
 }  // namespace
 
 std::string TrackReport::joint_name(std::size_t joint) const {
@@ -168,18 +143,14 @@ bool TrackReport::ok() const {
 
 std::string track_json(const TrackReport& report) {
     const TrackInputs& inputs = report.inputs;
-    Json passed_over = Json::array();
-    for (const BackendStatus& other : report.passed_over) {
-        passed_over.push_back({{"name", other.name}, {"reason", other.reason}});
-    }
-    Json backend = Json::parse(backend_json(report.backend));
-    backend["passed_over"] = passed_over;
+    Json backend = backend_json(report.backend);
+    backend["passed_over"] = passed_over_json(report.passed_over);
     Json json{{"raylign", RAYLIGN_VERSION},
               {"command", report.invocation.command_line},
               {"inputs", hashes_json(report)},
               {"backend", backend},
-              {"machine", Json::parse(machine_json())},
-              {"seed", report.options.registration.seed},
+              {"machine", machine_json()},
+              {"seed", report.options.method.seed},
               {"verdict", {{"ok", report.ok()}, {"reasons", verdict_reasons(report)}}},
               {"complete", report.complete()},
               {"frames",
@@ -200,29 +171,27 @@ std::string track_json(const TrackReport& report) {
     for (const TrackObject& object : inputs.objects) json["objects"].push_back(object_json(report, object));
     json["joints"] = Json::array();
     for (std::size_t j = 0; j < report.joints.size(); ++j) json["joints"].push_back(joint_json(report, j));
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return indented(json);
 }
 
 std::string track_summary(const TrackReport& report) {
     std::string text = report.ok() ? "tracked\n" : "DOUBTFUL: look at the flagged frames\n";
     for (const std::string& reason : verdict_reasons(report)) text += line("why", reason);
     for (const TrackObject& object : report.inputs.objects) {
-        const auto frames = frames_of(report, object.name);
+        const auto frames = frames_of(report.record.rows, object.name);
         const Json error = spread(frames, &TrackFrame::expected_error_mm);
         std::string words = object.name + ": " + std::to_string(count(frames, TrackStatus::ok)) + " of " +
                             std::to_string(frames.size()) + " frames ok";
-        if (!error.is_null()) words += ", expected error " + short_number(error["p50"], 3) + " mm (median)";
+        if (!error.is_null()) words += ", expected error " + fixed(error["p50"], 3) + " mm (median)";
         text += line("object", words);
     }
-    text += line("time", short_number(report.total_s, 2) + " s (load " + short_number(report.inputs.load_s, 2) +
-                             " s, reading frames " + short_number(report.record.read_s, 2) + " s), " +
-                             short_number(frames_per_second(report), 2) + " frames/s");
+    text +=
+        line("time", fixed(report.total_s, 2) + " s (load " + fixed(report.inputs.load_s, 2) + " s, reading frames " +
+                         fixed(report.record.read_s, 2) + " s), " + fixed(frames_per_second(report), 2) + " frames/s");
     text += line("backend", report.backend.name + ": " + report.backend.device);
     for (const BackendStatus& other : report.passed_over) text += line("not used", other.name + ": " + other.reason);
     for (const std::string& note : report.notes) text += line("note", note);
-    std::string files;
-    for (const std::string& name : report.outputs) files += (files.empty() ? "" : " ") + name;
-    return text + line("written", report.options.registration.output.string() + ": " + files);
+    return text + line("written", report.options.output.folder.string() + ": " + joined(report.outputs, " "));
 }
 
 }  // namespace raylign::detail::apps

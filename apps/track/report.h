@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/report_page/report_page.h"
+#include "apps/shared/invocation.h"
 #include "apps/track/joint_table.h"
 #include "apps/track/run.h"
 #include "raylign/backends.h"

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <system_error>
 
 #include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/lines.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::apps {
+
 TrackJournal::TrackJournal(const std::filesystem::path& folder, const std::vector<std::string>& view_names)
     : file_(folder / kName), view_count_(view_names.size()) {
     std::error_code ignored;  // there may be none
@@ -32,18 +33,20 @@ void TrackJournal::remove() {
 }
 
 std::string track_progress_line(std::size_t done, std::size_t all, const TrajectoryRow& last, double elapsed_s) {
-    constexpr int kWidth = 24;
     const double share = all > 0 ? static_cast<double>(done) / static_cast<double>(all) : 1;
-    const int filled = static_cast<int>(std::lround(share * kWidth));
     const double rate = done > 0 ? static_cast<double>(done) / std::max(elapsed_s, 1e-9) : 0;
     const double left_s = rate > 0 ? static_cast<double>(all - done) / rate : 0;
-    char text[256];
-    std::snprintf(text, sizeof text, "[%s%s] %3.0f%%  frame %d (%zu of %zu)  %s %s  %.1f frames/s  %.0f s left",
-                  std::string(static_cast<std::size_t>(filled), '#').c_str(),
-                  std::string(static_cast<std::size_t>(kWidth - filled), '-').c_str(), 100 * share, last.frame.frame,
-                  done, all, last.object.c_str(), std::string(status_name(last.frame.status)).c_str(), rate,
-                  std::ceil(left_s));
-    return text;
+    return bar_text(share) + format(" %3.0f%%  frame %d (%zu of %zu)  ", 100 * share, last.frame.frame, done, all) +
+           last.object + " " + std::string(status_name(last.frame.status)) +
+           format("  %.1f frames/s  %.0f s left", rate, std::ceil(left_s));
+}
+
+std::vector<const TrackFrame*> frames_of(const std::vector<TrajectoryRow>& rows, const std::string& object) {
+    std::vector<const TrackFrame*> frames;
+    for (const TrajectoryRow& row : rows) {
+        if (row.object == object) frames.push_back(&row.frame);
+    }
+    return frames;
 }
 
 TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend, ProgressBar::Show show,

@@ -40,6 +40,10 @@ struct TrackRecord {
     double read_s = 0, track_s = 0;   ///< wall time of reading frames and of registering
 };
 
+/// The rows of one object.
+[[nodiscard]] std::vector<const TrackFrame*> frames_of(const std::vector<TrajectoryRow>& rows,
+                                                       const std::string& object);
+
 /// Tracks all objects through all frames. Errors after the first frame, and a stop, end the run early: what was found
 /// until then is in the record.
 [[nodiscard]] TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend,

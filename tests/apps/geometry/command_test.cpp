@@ -52,6 +52,16 @@ TEST_F(GeometryCommand, JsonHasTheNumbers) {
     EXPECT_THAT(view.at("assumptions").dump(), HasSubstr("LPS of a supine patient"));
 }
 
+TEST_F(GeometryCommand, ExtensionsAreComparedWithoutRegardToCase) {
+    write_text_file(folder.path("VIEWS.JSON"), kCArm);
+    const ProgramResult result = run_raylign({"geometry", folder.path("VIEWS.JSON"), "-o", folder.path("OUT.XML")});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("(views.json, "));
+    EXPECT_THAT(read_text(folder.path("OUT.XML")), HasSubstr("RTKThreeDCircularGeometry"));
+    ASSERT_EQ(run_raylign({"geometry", folder.path("VIEWS.JSON"), "-o", folder.path("OUT.Json")}).exit_code, 0);
+    EXPECT_EQ(json::parse(read_text(folder.path("OUT.Json"))).at("views").size(), 2U);
+}
+
 TEST_F(GeometryCommand, ConvertsThroughEveryFormatAndBack) {
     const std::string first = folder.path("a.json");
     ASSERT_EQ(run_raylign({"geometry", folder.path("cam.txt"), "--sdd", "1400", "-o", first}).exit_code, 0);

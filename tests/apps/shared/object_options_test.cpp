@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/shared/options.h"
+#include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "tests/apps/small_case.h"
 

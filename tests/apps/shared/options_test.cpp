@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "apps/shared/options.h"
+#include "apps/shared/invocation.h"
+#include "apps/shared/lines.h"
+#include "apps/shared/parse.h"
 #include "apps/shared/progress_bar.h"
 #include "core/base/error.h"
 
@@ -18,21 +20,41 @@ TEST(ParseTriple, NamesTheOptionThatIsWrong) {
     }
 }
 
-TEST(EngineFlags, OptionsOfGpusAreRefusedWhereTheyMeanNothing) {
-    const auto settle = [](const EngineFlags& engine) {
-        DrrOptions options;
-        options.engine = engine;
-        settle_conflicts(options);
-    };
-    EXPECT_NO_THROW(settle({.backend = "gl", .storage = "int16", .interpolation = "exact", .crop = true}));
-    EXPECT_NO_THROW(settle({.backend = "gl-2006", .slices = "object-aligned", .reduction = "mipmap-half"}));
-    EXPECT_NO_THROW(settle({.backend = "cpu", .interpolation = "exact"})) << "which it is";
-    EXPECT_THROW(settle({.backend = "cpu", .interpolation = "hardware"}), Error);
-    EXPECT_THROW(settle({.backend = "reference", .crop = true}), Error);
-    EXPECT_THROW(settle({.backend = "gl", .reduction = "mipmap"}), Error);
-    EXPECT_THROW(settle({.backend = "gl-2006", .reduction = "guess"}), Error);
-    EXPECT_THROW(settle({.backend = "gl", .interpolation = "cubic"}), Error);
-    EXPECT_THROW(settle({.backend = "gl", .storage = "float16"}), Error);
+TEST(BackendFlags, OptionsOfGpusAreRefusedWhereTheyMeanNothing) {
+    const auto settle = [](const BackendFlags& flags) { settle_conflicts(flags); };
+    EXPECT_NO_THROW(settle({.name = "gl", .storage = "int16", .interpolation = "exact", .crop = true}));
+    EXPECT_NO_THROW(settle({.name = "gl-2006", .slices = "object-aligned", .reduction = "mipmap-half"}));
+    EXPECT_NO_THROW(settle({.name = "cpu", .interpolation = "exact"})) << "which it is";
+    EXPECT_THROW(settle({.name = "cpu", .interpolation = "hardware"}), Error);
+    EXPECT_THROW(settle({.name = "reference", .crop = true}), Error);
+    EXPECT_THROW(settle({.name = "gl", .reduction = "mipmap"}), Error);
+    EXPECT_THROW(settle({.name = "gl-2006", .reduction = "guess"}), Error);
+    EXPECT_THROW(settle({.name = "gl", .interpolation = "cubic"}), Error);
+    EXPECT_THROW(settle({.name = "gl", .storage = "float16"}), Error);
+}
+
+TEST(ParseList, TrimsBlanksAndRefusesWhatIsEmptyOrTwice) {
+    EXPECT_EQ(parse_list("cpu, gl ,reference", "--backend"), (std::vector<std::string>{"cpu", "gl", "reference"}));
+    for (const char* text : {"", "a,", ",a", "a,,b", " ", "a, a"}) {
+        EXPECT_THROW((void)parse_list(text, "--backend"), Error) << text;
+    }
+}
+
+TEST(SplitNamed, NeedsANameAndAValue) {
+    EXPECT_EQ(split_named("AP=a=b.csv", "--landmarks"), std::pair(std::string("AP"), std::string("a=b.csv")));
+    for (const char* text : {"", "AP", "AP=", "=a.csv"}) EXPECT_THROW((void)split_named(text, "--x"), Error) << text;
+}
+
+TEST(MethodAndSearch, SearchesThatWouldBeIgnoredAreRefused) {
+    EXPECT_NO_THROW(settle_conflicts(SearchFlags{.mode = "near", .range_mm = 5}, MethodFlags{}));
+    EXPECT_THROW(settle_conflicts(SearchFlags{.mode = "none", .starts = 5}, MethodFlags{}), Error);
+    EXPECT_THROW(settle_conflicts(SearchFlags{.mode = "global", .range_mm = 5}, MethodFlags{}), Error);
+    EXPECT_THROW(settle_conflicts(SearchFlags{.mode = "near"}, MethodFlags{.name = "bobyqa"}), Error);
+}
+
+TEST(Line, PutsTheTextAfterTheLabelsColumn) {
+    EXPECT_EQ(line("cost", "0.5"), "  cost      0.5\n");
+    EXPECT_EQ(format("%s %zu", std::string(400, 'a').c_str(), std::size_t{7}), std::string(400, 'a') + " 7");
 }
 
 TEST(QuoteForShell, QuotesOnlyWhatNeedsIt) {

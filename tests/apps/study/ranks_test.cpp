@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
 #include <cstdlib>
 #include <sstream>
@@ -63,6 +64,14 @@ TEST_F(StudyRanks, ARankThatDiesCostsItsUnfinishedTrialsOnly) {
     EXPECT_GE(lines, 6) << "what was finished stays";
     ASSERT_EQ(on_ranks(2, command("died")), 0);
     EXPECT_EQ(csv("died"), csv("serial"));
+}
+
+TEST_F(StudyRanks, ADeviceThatIsNotThereEndsWithThree) {
+    std::string line = command("none", "--device 99");
+    line.replace(line.find("--backend cpu --threads 1"), 25, "--backend gl");
+    const auto exit_code = [](int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -1; };
+    EXPECT_EQ(exit_code(std::system(line.c_str())), 3) << read_text(folder.path("err.txt"));
+    EXPECT_EQ(exit_code(on_ranks(2, line)), 3) << read_text(folder.path("err.txt"));
 }
 
 TEST_F(StudyRanks, BadInputIsToldOnce) {

@@ -107,6 +107,26 @@ TEST_F(StudyResume, AnotherConfigurationInTheSameFolderIsRefusedNamingTheDiffere
     EXPECT_THAT(run("out", kSmall).err, HasSubstr("inputs is")) << "another pose in the same file";
 }
 
+TEST_F(StudyResume, EveryOptionThatDecidesATrialIsPartOfTheConfiguration) {
+    const std::vector<std::string> tiny{"--bins",   "0:10:10", "--per-bin",        "1", "--view", "AP",
+                                        "--levels", "1",       "--max-iterations", "1"};
+    ASSERT_EQ(run("out", tiny).exit_code, 0);
+    const std::string before = read_text(folder.path("out/study.journal"));
+    const std::vector<std::pair<std::vector<std::string>, std::string>> others{
+        {{"--object", "-60,-60,-60,60,60,60"}, "object is"},
+        {{"--bone-threshold", "0.01"}, "bone_threshold is"},
+        {{"--clip", "0.05"}, "clip is"},
+        {{"--interpolation", "exact"}, "interpolation is"}};
+    for (const auto& [flags, difference] : others) {
+        std::vector<std::string> other = tiny;
+        other.insert(other.end(), flags.begin(), flags.end());
+        const ProgramResult result = run("out", other);
+        EXPECT_EQ(result.exit_code, 2) << difference;
+        EXPECT_THAT(result.err, HasSubstr(difference));
+    }
+    EXPECT_EQ(read_text(folder.path("out/study.journal")), before);
+}
+
 TEST_F(StudyResume, AFileThatIsNoJournalIsLeftAlone) {
     std::filesystem::create_directory(folder.path("out"));
     for (const std::string text : {"my notes", "my notes\n", "{\"a\": 1}\n"}) {

@@ -8,6 +8,7 @@
 
 #include "apps/track/run.h"
 #include "core/base/error.h"
+#include "raylign/backends.h"
 #include "raylign/io/image.h"
 #include "raylign/io/trajectory.h"
 #include "tests/apps/track/track_case.h"
@@ -228,11 +229,12 @@ TEST_F(TrackCommand, CtrlCBeforeTheFirstFrameLeavesNothing) {
 }
 
 TEST_F(TrackCommand, AStoppedRunKeepsWhatItHad) {
-    scene.write_femur_frames(1, 4);
+    constexpr std::size_t kFrames = 4;
+    scene.write_femur_frames(1, kFrames);
     apps::TrackCommandOptions options;
-    options.registration.volume.file = folder.path("femur.mha");
-    options.registration.volume.attenuation = true;
-    options.registration.views = {folder.path("geometry.json")};
+    options.volume.file = folder.path("femur.mha");
+    options.volume.attenuation = true;
+    options.views.files = {folder.path("geometry.json")};
     options.frames = {"AP=" + folder.path("AP.%d.tif"), "LAT=" + folder.path("LAT.%d.tif")};
     options.starts = {folder.path("f.json")};
     const apps::TrackInputs inputs = apps::read_track_inputs(options);

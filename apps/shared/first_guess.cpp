@@ -1,10 +1,11 @@
-#include "apps/register/first_guess.h"
+#include "apps/shared/first_guess.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 
+#include "apps/shared/parse.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/base/text.h"
 #include "raylign/io/landmarks.h"
 #include "raylign/io/pose.h"
 #include "raylign/start.h"
@@ -12,19 +13,12 @@
 namespace raylign::detail::apps {
 namespace {
 
-std::string fixed(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2f", value);
-    return text;
-}
-
 std::size_t view_named(const std::string& name, const ViewsFile& views) {
-    std::string names;
-    for (std::size_t i = 0; i < views.views.size(); ++i) {
-        if (views.views[i].name == name) return i;
-        names += (names.empty() ? "" : ", ") + views.views[i].name;
-    }
-    throw bad_value("view of --landmarks", name, "one of " + names);
+    std::vector<std::string> names;
+    for (const View& view : views.views) names.push_back(view.name);
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end()) throw bad_value("view of --landmarks", name, "one of " + joined(names));
+    return static_cast<std::size_t>(found - names.begin());
 }
 
 /// Points are marked on pixels as stored; the camera is that of the turned image.
@@ -41,31 +35,21 @@ std::size_t landmark_of(const ImagePoint& point, std::size_t row, const std::vec
         throw bad_value("points in " + file, "more than " + std::to_string(landmarks.size()),
                         "as many as landmarks, or named");
     }
-    std::string names;
-    for (std::size_t i = 0; i < landmarks.size(); ++i) {
-        if (landmarks[i].name == point.name) return i;
-        names += (names.empty() ? "" : ", ") + landmarks[i].name;
-    }
-    throw bad_value("point", point.name, "one of the landmarks " + names, file);
+    std::vector<std::string> names;
+    for (const Landmark& landmark : landmarks) names.push_back(landmark.name);
+    const auto found = std::ranges::find(names, point.name);
+    if (found == names.end()) throw bad_value("point", point.name, "one of the landmarks " + joined(names), file);
+    return static_cast<std::size_t>(found - names.begin());
 }
 
-/// "VIEW=FILE"
-std::pair<std::string, std::string> view_and_file(const std::string& argument) {
-    const std::size_t equals = argument.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == argument.size()) {
-        throw bad_value("--landmarks", argument, "VIEW=FILE");
-    }
-    return {argument.substr(0, equals), argument.substr(equals + 1)};
-}
-
-FirstGuess guess_by_landmarks(const StartWishes& wishes, const ViewsFile& views) {
+FirstGuess guess_by_landmarks(const StartFlags& flags, const ViewsFile& views) {
     FirstGuess guess;
-    const std::vector<Landmark> landmarks = read_landmarks(wishes.landmarks3d);
-    guess.files.push_back(wishes.landmarks3d);
+    const std::vector<Landmark> landmarks = read_landmarks(flags.landmarks3d);
+    guess.files.push_back(flags.landmarks3d);
     std::vector<LandmarkSighting> sightings;
     std::vector<std::string> labels;
-    for (const std::string& argument : wishes.landmarks) {
-        const auto [view_name, file] = view_and_file(argument);
+    for (const std::string& argument : flags.landmarks) {
+        const auto [view_name, file] = split_named(argument, "--landmarks", "VIEW=FILE");
         const std::size_t view = view_named(view_name, views);
         const std::vector<ImagePoint> points = read_image_points(file);
         guess.files.emplace_back(file);
@@ -86,15 +70,15 @@ FirstGuess guess_by_landmarks(const StartWishes& wishes, const ViewsFile& views)
     guess.world_from_ct = pose.world_from_ct;
     const auto worst = std::ranges::max_element(pose.residuals_px);
     guess.notes.push_back("start by " + std::to_string(sightings.size()) + " landmark points: they are met within " +
-                          fixed(pose.rms_mm) + " mm (" + fixed(pose.rms_px) + " px) RMS, worst " +
+                          fixed(pose.rms_mm, 2) + " mm (" + fixed(pose.rms_px, 2) + " px) RMS, worst " +
                           labels[static_cast<std::size_t>(worst - pose.residuals_px.begin())] + " with " +
-                          fixed(*worst) + " px");
+                          fixed(*worst, 2) + " px");
     constexpr double kDoubtful_mm = 10;
     if (pose.rms_mm > kDoubtful_mm) {
         guess.notes.emplace_back("the landmarks fit badly: are points swapped, or columns and rows?");
     }
     if (pose.second_rms_px < 1.5 * pose.rms_px + 0.5) {
-        guess.notes.push_back("another pose fits the landmarks almost as well (" + fixed(pose.second_rms_px) +
+        guess.notes.push_back("another pose fits the landmarks almost as well (" + fixed(pose.second_rms_px, 2) +
                               " px): add one out of their plane, or another view");
     }
     return guess;
@@ -123,22 +107,10 @@ FirstGuess guess_by_dicom(const VoxelGrid& grid, const ViewsFile& views) {
 
 }  // namespace
 
-void check_wishes(const StartWishes& wishes) {
-    if (wishes.landmarks.empty() != wishes.landmarks3d.empty()) {
-        throw Error(wishes.landmarks.empty()
-                        ? "--landmarks3d needs the points in the images: give --landmarks VIEW=FILE"
-                        : "--landmarks needs the points in the CT: give --landmarks3d FILE");
-    }
-    if (!wishes.landmarks.empty() && !wishes.start.empty()) {
-        throw Error("--start contradicts --landmarks: must be one of them");
-    }
-    for (const std::string& argument : wishes.landmarks) (void)view_and_file(argument);
-}
-
-FirstGuess first_guess(const StartWishes& wishes, const VoxelGrid& grid, const ViewsFile& views) {
-    if (!wishes.landmarks.empty()) return guess_by_landmarks(wishes, views);
-    if (wishes.start == "dicom") return guess_by_dicom(grid, views);
-    if (!wishes.start.empty()) return {read_pose(wishes.start), {}, {wishes.start}};
+FirstGuess first_guess(const StartFlags& flags, const VoxelGrid& grid, const ViewsFile& views) {
+    if (!flags.landmarks.empty()) return guess_by_landmarks(flags, views);
+    if (flags.pose == "dicom") return guess_by_dicom(grid, views);
+    if (!flags.pose.empty()) return {read_pose(flags.pose), {}, {flags.pose}};
     const bool all_dicom = std::ranges::all_of(views.origins, &ViewOrigin::is_dicom_geometry);
     if (all_dicom) return guess_by_dicom(grid, views);
     return {

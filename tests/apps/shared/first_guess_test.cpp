@@ -4,7 +4,8 @@
 
 #include <cstdio>
 
-#include "apps/register/first_guess.h"
+#include "apps/shared/first_guess.h"
+#include "apps/shared/options.h"
 #include "core/base/error.h"
 #include "raylign/io/pose.h"
 #include "tests/apps/small_case.h"
@@ -14,6 +15,7 @@ namespace {
 
 using apps::first_guess;
 using apps::FirstGuess;
+using apps::StartFlags;
 using testing::Contains;
 using testing::HasSubstr;
 
@@ -105,10 +107,19 @@ TEST_F(Guess, FaultsAreNamed) {
                     (void)first_guess({"", ct, {seen_in("AP")}}, grid, views);
                 }),
                 HasSubstr("at least 4"));
-    EXPECT_THAT(message_of([&] { apps::check_wishes({"", ct, {}}); }), HasSubstr("give --landmarks VIEW=FILE"));
-    EXPECT_THAT(message_of([&] { apps::check_wishes({"", "", {"AP=x"}}); }), HasSubstr("give --landmarks3d"));
-    EXPECT_THAT(message_of([&] { apps::check_wishes({"pose.json", ct, {"AP=x"}}); }), HasSubstr("contradicts"));
-    EXPECT_THAT(message_of([&] { apps::check_wishes({"", ct, {"AP"}}); }), HasSubstr("VIEW=FILE"));
+    EXPECT_THAT(message_of([&] {
+                    apps::settle_conflicts(StartFlags{"", ct, {}});
+                }),
+                HasSubstr("give --landmarks VIEW=FILE"));
+    EXPECT_THAT(message_of([&] {
+                    apps::settle_conflicts(StartFlags{"", "", {"AP=x"}});
+                }),
+                HasSubstr("give --landmarks3d"));
+    EXPECT_THAT(message_of([&] {
+                    apps::settle_conflicts(StartFlags{"pose.json", ct, {"AP=x"}});
+                }),
+                HasSubstr("contradicts"));
+    EXPECT_THAT(message_of([&] { apps::settle_conflicts(StartFlags{"", ct, {"AP"}}); }), HasSubstr("VIEW=FILE"));
 }
 
 TEST_F(Guess, DicomNeedsDicomViews) {

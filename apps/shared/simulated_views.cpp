@@ -1,4 +1,4 @@
-#include "apps/study/simulated_views.h"
+#include "apps/shared/simulated_views.h"
 
 #include <algorithm>
 

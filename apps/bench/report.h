@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/bench/measure.h"
+#include "apps/shared/invocation.h"
+#include "apps/shared/options.h"
+
+namespace raylign::detail::apps {
+
+/// An engine by the name that it was asked for.
+struct BenchEngine {
+    std::string name;
+    std::unique_ptr<Backend> backend;
+};
+
+/// A point of a curve: time of a pose against `what`.
+struct BenchScaling {
+    std::string what;
+    int x = 0;
+    std::string unit, backend;
+    BenchPoint point;
+};
+
+/// One run of `bench`, as its reports tell it.
+struct BenchRun {
+    const Invocation& invocation;
+    int repeats = 0, pixels = 0;
+    std::vector<BenchEngine> engines = {};
+    std::vector<LeftOut> left_out = {};
+    std::vector<BenchRegistration> registrations = {};
+    std::vector<BenchScaling> scaling = {};
+    std::vector<std::filesystem::path> files = {};  ///< read
+};
+
+/// bench.json, indented. `scene`: of the registrations.
+[[nodiscard]] std::string bench_json(const BenchRun& run, const BenchScene& scene);
+
+/// A line a registration, then a line a point of scaling.
+[[nodiscard]] std::string bench_table(const BenchRun& run);
+
+}  // namespace raylign::detail::apps
