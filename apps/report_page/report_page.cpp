@@ -47,7 +47,6 @@ std::string base64(std::string_view bytes) {
     return text;
 }
 
-bool report_has_charts() { return !page_charts().empty(); }
 
 PageLayer page_layer(const std::string& label, const Image& image, const Image& weights,
                      const std::filesystem::path& scratch) {

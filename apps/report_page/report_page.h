@@ -27,9 +27,6 @@ struct PageOverlay {
                                       const std::vector<PageOverlay>& overlays,
                                       const std::vector<std::pair<std::string, std::string>>& more = {});
 
-/// True where this build carries the chart library.
-[[nodiscard]] bool report_has_charts();
-
 /// A line-integral image as a layer: bone bright, at most 512 px a side, grey values by the 1st to 99th percentile.
 /// `scratch`: a folder where a file may stand for a moment.
 [[nodiscard]] PageLayer page_layer(const std::string& label, const Image& image, const Image& weights,
