@@ -2,47 +2,30 @@
 # Sets up, builds, and registers a real head CT to two simulated X-rays. Run it again at will.
 #   RAYLIGN_BUILD_ONLY=1 ./demo.sh   stops after the build
 #   RAYLIGN_PHANTOM=1 ./demo.sh      uses the spine phantom instead of the CT
+#   RAYLIGN_BUILD=DIR ./demo.sh      builds in DIR instead of ./build
 set -euo pipefail
 cd "$(dirname "$0")"
-
-packages=(g++ cmake ninja-build libeigen3-dev libnlopt-dev libtbb-dev libxsimd-dev libinsighttoolkit5-dev libgdcm-dev libhdf5-dev
-          libtiff-dev libexpat1-dev libyaml-cpp-dev zlib1g-dev libssl-dev nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev libbenchmark-dev
-          libopenmpi-dev openmpi-bin libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri)
-read -ra extra <<<"${RAYLIGN_EXTRA_PACKAGES:-}"
-packages+=("${extra[@]}")
+. .ci/setup.sh
+build_folder=${RAYLIGN_BUILD:-build}
 ct_package=invesalius-examples   # a real head CT: wanted, not needed
 
-installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q '^install ok installed'; }
-
-install() {  # quietly; with the whole output when it fails
-    local as_root=() log
-    [ "$(id -u)" = 0 ] || as_root=(sudo)
-    log=$(mktemp)
-    if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-           apt-get install -y --no-install-recommends "$@"; } >"$log" 2>&1; then
-        cat "$log" >&2
-        rm -f "$log"
-        return 1
-    fi
-    rm -f "$log"
-}
-
-missing=()
-for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
-if [ ${#missing[@]} -gt 0 ]; then
-    echo "== installing ${missing[*]}"
-    install "${missing[@]}"
+if [ ! -x "$build_folder/bin/raylign" ]; then
+    echo "This installs what is missing (Debian's packages), builds the program (5 minutes of two cores the first time) and"
+    echo "runs it for some seconds. Nothing is installed outside this folder but packages."
 fi
+need_packages "${program_packages[@]}"
 
-echo "== building"
-cmake --preset release >build.log 2>&1 || { cat build.log >&2; exit 1; }
-cmake --build --preset release >>build.log 2>&1 || { tail -n 60 build.log >&2; exit 1; }
+echo "== building the program in $build_folder"
+SECONDS=0
+# A folder that test.sh has set up stays as it is: the tests need other packages.
+[ -f "$build_folder/build.ninja" ] || configure "$build_folder" --preset release -DRAYLIGN_BUILD_TESTS=OFF -DRAYLIGN_BUILD_BENCH=OFF
+build "$build_folder" raylign
 [ -z "${RAYLIGN_BUILD_ONLY:-}" ] || exit 0
 
 out=demo_output
-raylign=build/bin/raylign
+raylign=$build_folder/bin/raylign
 mkdir -p $out
-if [ -z "${RAYLIGN_PHANTOM:-}" ] && ! installed $ct_package && ! install $ct_package 2>/dev/null; then
+if [ -z "${RAYLIGN_PHANTOM:-}" ] && ! need_packages $ct_package 2>/dev/null; then
     echo "== the package $ct_package cannot be had here: using the spine phantom instead of a real CT"
     RAYLIGN_PHANTOM=1
 fi

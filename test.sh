@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs all tests. Real data is taken from ../shared/data or $RAYLIGN_TEST_DATA; where it is there, a test
-# that would skip for want of data or of a backend fails instead.
+# that would skip for want of data or of a backend fails instead. Arguments go to CTest: ./test.sh -L unit
 set -euo pipefail
 cd "$(dirname "$0")"
+. .ci/setup.sh
+build_folder=${RAYLIGN_BUILD:-build}
 
-# The report pages are bundled with their charts and opened in a real browser.
-extra=()
-command -v npm >/dev/null || extra+=(npm)
-command -v chromium >/dev/null || extra+=(chromium)
-RAYLIGN_EXTRA_PACKAGES="${extra[*]}" RAYLIGN_BUILD_ONLY=1 ./demo.sh
+need_packages "${program_packages[@]}" "${test_packages[@]}"
+echo "== building program, tests and benchmarks in $build_folder (10 minutes of two cores the first time)"
+SECONDS=0
+configure "$build_folder" --preset release -DRAYLIGN_BUILD_TESTS=ON -DRAYLIGN_BUILD_BENCH=ON
+build "$build_folder"
 if [ -d "${RAYLIGN_TEST_DATA:-../shared/data}" ]; then export RAYLIGN_REQUIRE_DATA=1; fi
-export RAYLIGN_REQUIRE_BACKENDS=reference,cpu,gl,gl-2006  # Mesa's software OpenGL, which demo.sh installs, will do
+export RAYLIGN_REQUIRE_BACKENDS=reference,cpu,gl,gl-2006  # Mesa's software OpenGL, which setup.sh installs, will do
 export RAYLIGN_REQUIRE_BROWSER=1
-ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"
+ctest --test-dir "$build_folder" --output-on-failure --no-tests=error -j "$(nproc)" "$@"
