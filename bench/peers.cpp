@@ -26,6 +26,7 @@
 #include "bench/peers.h"
 #include "bench/record.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/base/random.h"
 #include "raylign/backends.h"
 #include "raylign/io/volume.h"
@@ -49,12 +50,6 @@ struct Timing {
 Timing make_timing(const std::string& name, std::size_t poses) {
     const std::vector<double> never(poses, std::numeric_limits<double>::infinity());
     return {.name = name, .seconds = never, .cold_s = never};
-}
-
-double median(std::vector<double> values) {
-    std::ranges::sort(values);
-    const std::size_t n = values.size();
-    return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
 }
 
 /// A folder that is gone with this object.

@@ -18,6 +18,7 @@
 #include "bench/bench_scene.h"
 #include "bench/record.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/image/pyramid.h"
 
 namespace raylign::detail::bench {
@@ -27,11 +28,6 @@ double seconds(const std::function<void()>& work) {
     const auto start = std::chrono::steady_clock::now();
     work();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-    std::ranges::nth_element(values, values.begin() + values.size() / 2);
-    return values[values.size() / 2];
 }
 
 /// All orientations are equally likely.

@@ -11,6 +11,7 @@
 #include "bench/bench_scene.h"
 #include "bench/record.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 
 namespace raylign::detail::bench {
 namespace {
@@ -19,11 +20,6 @@ double seconds_to_render(Session& session, const RigidTransform& pose) {
     const auto start = std::chrono::steady_clock::now();
     const Image image = session.render(pose, 0);
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-    std::ranges::nth_element(values, values.begin() + values.size() / 2);
-    return values[values.size() / 2];
 }
 
 /// Largest difference as a share of the image's maximum.

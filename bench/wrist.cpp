@@ -15,6 +15,7 @@
 
 #include "bench/record.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/base/random.h"
 #include "raylign/backends.h"
 #include "raylign/registration.h"
@@ -75,11 +76,6 @@ void list_trial(int number, const Outcome& outcome) {
         static_cast<unsigned long long>(found.counters.evaluations), found.total_s,
         found.ok ? "ok" : "doubtful: ", found.ok ? "" : found.reasons.front().c_str());
     std::fflush(stdout);
-}
-
-double median(std::vector<double> values) {
-    std::ranges::sort(values);
-    return values[values.size() / 2];
 }
 
 void run_instant(const std::filesystem::path& folder, int instant, bool global, int starts, double most_mm,

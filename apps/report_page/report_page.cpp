@@ -47,7 +47,6 @@ std::string base64(std::string_view bytes) {
     return text;
 }
 
-
 PageLayer page_layer(const std::string& label, const Image& image, const Image& weights,
                      const std::filesystem::path& scratch) {
     const Image small = shrunk_to(image, kLongestSide_px);

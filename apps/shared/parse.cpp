@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/files/text.h"
 
 namespace raylign::detail::apps {
@@ -65,11 +66,9 @@ std::vector<std::string> parse_list(const std::string& text, const std::string& 
 
 std::pair<std::string, std::string> split_named(const std::string& argument, std::string_view option,
                                                 std::string_view form) {
-    const std::size_t equals = argument.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == argument.size()) {
-        throw bad_value(option, argument, form);
-    }
-    return {argument.substr(0, equals), argument.substr(equals + 1)};
+    auto both = name_and_value(argument);
+    if (!both) throw bad_value(option, argument, form);
+    return *std::move(both);
 }
 
 void check_photons(double photons) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 
 namespace raylign::detail {
 namespace {
@@ -49,9 +50,8 @@ Image robust_weights(const FixedChannels& fixed, std::span<const Image> moving) 
         if (mask.pixels[i] > 0) used.push_back(squares[i]);
     }
     if (used.empty()) throw Error("robust_weights: no pixel has weight");
-    const auto middle = used.begin() + static_cast<std::ptrdiff_t>(used.size() / 2);
-    std::nth_element(used.begin(), middle, used.end());
-    const double scale = std::sqrt(*middle) / (fixed.channels.size() == 1 ? kMedianOfNormal : kMedianOfRayleigh);
+    const double scale =
+        std::sqrt(median(std::move(used))) / (fixed.channels.size() == 1 ? kMedianOfNormal : kMedianOfRayleigh);
     const double cut2 = kTuning * scale * kTuning * scale;
 
     Image weights(mask.width, mask.height);

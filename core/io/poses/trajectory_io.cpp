@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
+#include "core/base/text.h"
 #include "core/io/files/text.h"
 
 namespace raylign {
@@ -124,9 +125,7 @@ std::string trajectory_line(const TrajectoryRow& row, std::size_t view_count) {
     } else {
         line += std::string(9 + view_count + 1, ',');
     }
-    std::string reasons;
-    for (const std::string& reason : frame.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
-    return line + number_text(frame.time_s) + "," + csv_text(reasons) + "\n";
+    return line + number_text(frame.time_s) + "," + csv_text(joined(frame.reasons, "; ")) + "\n";
 }
 
 std::vector<TrajectoryRow> read_trajectory(const std::filesystem::path& path, std::vector<std::string>* view_names) {

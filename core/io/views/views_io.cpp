@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/text.h"
 #include "core/io/views/view_files.h"
@@ -50,8 +51,8 @@ std::filesystem::path read_path(const JsonNode& node, const std::filesystem::pat
 /// The pattern that `options` give for a view; none where they do not name it.
 std::optional<std::string> frames_option(const std::string& view, const ViewsReadOptions& options) {
     for (const std::string& argument : options.frames) {
-        const std::size_t equals = argument.find('=');
-        if (argument.substr(0, equals) == view) return argument.substr(equals + 1);
+        const auto both = name_and_value(argument);
+        if (both && both->first == view) return both->second;
     }
     return std::nullopt;
 }
@@ -74,15 +75,11 @@ std::vector<FrameFile> read_frames(const JsonNode& view, const std::string& name
 void check_frames(const ViewsReadOptions& options, const ViewsFile& result) {
     std::vector<std::string> named;
     for (const std::string& argument : options.frames) {
-        const std::size_t equals = argument.find('=');
-        if (equals == std::string::npos || equals == 0 || equals + 1 == argument.size()) {
-            throw bad_value("--frames", argument, "VIEW=PATTERN");
-        }
-        const std::string name = argument.substr(0, equals);
-        std::string names;
-        for (const View& view : result.views) names += (names.empty() ? "" : ", ") + view.name;
+        const auto both = name_and_value(argument);
+        if (!both) throw bad_value("--frames", argument, "VIEW=PATTERN");
+        const std::string& name = both->first;
         if (std::ranges::find(result.views, name, &View::name) == result.views.end()) {
-            throw bad_value("view of --frames", name, "one of " + names);
+            throw bad_value("view of --frames", name, "one of " + joined(result.views, &View::name, ", "));
         }
         if (std::ranges::find(named, name) != named.end()) throw Error("--frames names the view " + name + " twice");
         named.push_back(name);

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/files/text.h"
 #include "raylign/intensity.h"
 
@@ -51,8 +52,8 @@ void keep_labelled(const ObjectRegion& object, VolumeFile& file) {
     } catch (const Error& failure) {
         throw Error(object.label_map.string() + ": " + failure.what());
     }
-    std::string list;
-    for (const std::int32_t label : object.labels) list += (list.empty() ? "" : ", ") + std::to_string(label);
+    const std::string list = joined(
+        object.labels, [](std::int32_t label) { return std::to_string(label); }, ", ");
     file.notes.push_back("object: " + (list.empty() ? std::string("all labels") : "label " + list) + " of " +
                          object.label_map.string());
     file.files.push_back(object.label_map);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/base/number_text.h"
+#include "core/base/text.h"
 #include "core/registration/policy.h"
 
 namespace raylign::detail {
@@ -20,11 +21,11 @@ void reverse_columns(Image& image) {
 }
 
 std::string names_of(std::span<const View> views, unsigned subset) {
-    std::string names;
+    std::vector<std::string> names;
     for (std::size_t v = 0; v < views.size(); ++v) {
-        if (subset >> v & 1U) names += (names.empty() ? "" : ", ") + views[v].name;
+        if (subset >> v & 1U) names.push_back(views[v].name);
     }
-    return names;
+    return joined(names);
 }
 
 }  // namespace
