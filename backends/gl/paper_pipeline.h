@@ -8,7 +8,7 @@
 
 namespace raylign::detail::gl {
 
-/// How the five sums are made: by 3x3-to-1 passes [Ino06], or as means by mipmaps [Chisu 2005], in half floats as on
+/// How the five sums are made: by 3x3-to-1 passes [Ino06], or as means by mipmaps [Chisu05], in half floats as on
 /// the hardware of that time.
 using Reduction = Gl2006Options::Reduction;
 

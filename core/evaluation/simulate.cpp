@@ -12,7 +12,7 @@ namespace raylign {
 using namespace detail;
 namespace {
 
-constexpr double kInversionBelow = 10;  // PTRS is valid from 10 on [Hormann 1993]
+constexpr double kInversionBelow = 10;  // PTRS is valid from 10 on [Hormann93]
 constexpr double kLeastIntegral = -13;  // 1e9 exp(13) = 4e14 counts: below 2^53
 
 /// log(k!) for whole k >= 0: by multiplication below 20, then by Stirling's series (next term 1 / (1680 k^7) < 5e-13).

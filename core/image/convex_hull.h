@@ -13,20 +13,20 @@ struct HullPoint {
     double x = 0, y = 0;
 };
 
-/// The convex hull, in one turning direction, without points on its edges. Andrew's monotone chain (1979).
+/// The convex hull, in one turning direction, without points on its edges. Andrew's monotone chain [Andrew79].
 [[nodiscard]] std::vector<HullPoint> convex_hull(std::vector<HullPoint> points);
 
 /// `count` points at even steps along the hull.
 [[nodiscard]] std::vector<HullPoint> along_hull(const std::vector<HullPoint>& hull, int count);
 
-/// The fewest corners whose polygon keeps within `tolerance` of the hull: Douglas and Peucker (1973).
+/// The fewest corners whose polygon keeps within `tolerance` of the hull: [Douglas73].
 [[nodiscard]] std::vector<HullPoint> simplified(const std::vector<HullPoint>& hull, double tolerance);
 
 struct Circle {
     double x = 0, y = 0, radius = 0;
 };
 
-/// The circle through the points by least squares (Kasa 1976), fitted again to the nearer 3/4 of them; empty unless
+/// The circle through the points by least squares [Kasa76], fitted again to the nearer 3/4 of them; empty unless
 /// 85 % of all lie within 1.5 % of the radius (or 1) of it and they take up at least an eighth of its round.
 [[nodiscard]] std::optional<Circle> fit_circle(const std::vector<HullPoint>& points);
 

@@ -24,7 +24,7 @@ struct BobyqaResult {
     Termination termination = Termination::converged;
 };
 
-/// Minimises from `start` without derivatives: BOBYQA, quadratic models by interpolation [Powell 2009], in NLopt. One
+/// Minimises from `start` without derivatives: BOBYQA, quadratic models by interpolation [Powell09], in NLopt. One
 /// point per batch: the method is sequential. `on_step` hears of every evaluation that lowers the cost; its `length` is
 /// the distance from the best point before. A cost that is not finite ends it.
 [[nodiscard]] BobyqaResult bobyqa(const BatchObjective& objective, const Eigen::VectorXd& start,

@@ -49,7 +49,7 @@ struct LevenbergMarquardtResult {
 ///   while (!search.done()) { if (search.take(linearize(search.step()))) accept(step); }
 /// Solves (H + damping diag H) step = -gradient, accepts a step only if the cost falls (damping x 0.2, else x 8), caps
 /// its length. Each trial is linearized at once: accepted trials, the rule, then need no second evaluation. Source:
-/// Marquardt 1963; the factors from the prototype of this program.
+/// [Marquardt63]; the factors from the prototype of this program.
 class LevenbergMarquardtSearch {
 public:
     /// `model`: at the start. Throws Error for bad options.

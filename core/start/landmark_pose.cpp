@@ -64,7 +64,7 @@ RigidTransform moved_by(const Problem& problem, const RigidTransform& world_from
     return exp_about(twist, world_from_ct * problem.centre_ct) * world_from_ct;
 }
 
-/// Levenberg-Marquardt [Marquardt 1963]. The driver's own search stops at 1e-3 mm, for images; here rounding is the
+/// Levenberg-Marquardt [Marquardt63]. The driver's own search stops at 1e-3 mm, for images; here rounding is the
 /// end.
 std::pair<RigidTransform, double> refined(const Problem& problem, RigidTransform world_from_ct) {
     constexpr int kMostSteps = 200;

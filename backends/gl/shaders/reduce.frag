@@ -1,6 +1,6 @@
 #version 450
 // One step of a reduction: 3 x 3 texels to 1 [Ino06]. With MIPMAP: the last level of a mipmap, times the number of texels that
-// it is the mean of [Chisu 2005]. In and out: as products.frag.
+// it is the mean of [Chisu05]. In and out: as products.frag.
 
 layout(binding = 4) uniform sampler2D fours;
 layout(binding = 5) uniform sampler2D fifths;

@@ -29,7 +29,7 @@ struct FixedChannels;
 }  // namespace detail
 
 enum class Projector {
-    joseph,     ///< planes of the dominant index axis, bilinear in-plane [Joseph 1982]; default
+    joseph,     ///< planes of the dominant index axis, bilinear in-plane [Joseph82]; default
     trilinear,  ///< midpoint rule with a fixed step
 };
 [[nodiscard]] std::string_view projector_name(Projector projector);

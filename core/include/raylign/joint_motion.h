@@ -23,7 +23,7 @@ struct CardanSequence {
 /// parity of ijk (1 for xyz and its cyclic shifts, else -1):
 ///   sin b = e R_ik,  a = atan2(-e R_jk, R_kk),  c = atan2(-e R_ij, R_ii).
 /// Where b is within 1e-7 of +-pi/2 only a combination of a and c is determined: then c = 0.
-/// Source: Grood and Suntay 1983 (the joint coordinate system), for any axes; derived from the product.
+/// Source: [Grood83] (the joint coordinate system), for any axes; derived from the product.
 [[nodiscard]] Eigen::Vector3d cardan_angles_rad(const Eigen::Matrix3d& proximal_from_distal,
                                                 const CardanSequence& sequence);
 
@@ -41,7 +41,7 @@ struct HelicalAxis {
 /// The finite helical (screw) axis of a motion x -> R x + t: n = rotation vector / angle, shift = n . t,
 ///   point = (t_across + cot(angle / 2) n x t_across) / 2 with t_across = t - shift n.
 /// Below 1e-6 rad it counts as a shift: the axis would lie anywhere.
-/// Source: Spoor and Veldpaus 1980, eq. 31-34 (with the point from the closed form).
+/// Source: [Spoor80], eq. 31-34 (with the point from the closed form).
 [[nodiscard]] HelicalAxis helical_axis(const RigidTransform& motion);
 
 }  // namespace raylign

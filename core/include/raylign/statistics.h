@@ -14,7 +14,7 @@ struct Proportion {
     double low = 0, high = 1;  ///< Wilson score interval
 };
 
-/// Wilson's score interval [Wilson 1927], p = successes / trials:
+/// Wilson's score interval [Wilson27], p = successes / trials:
 ///   (p + z^2 / 2n -+ z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n).
 /// It stays in [0, 1] and says something for 0 and n successes, where the usual p -+ z s is empty: 20 of 20 proves
 /// 84 %, 100 of 100 proves 96 %. Without trials: [0, 1]. Throws Error for more successes than trials or z that is not
@@ -22,7 +22,7 @@ struct Proportion {
 [[nodiscard]] Proportion wilson_interval(std::size_t successes, std::size_t trials, double z = kNormal95);
 
 /// The value below which the share `share` in [0, 1] of the values lies, linear between order statistics (type 7 of
-/// [Hyndman, Fan 1996], the default of R and NumPy). NaN without values. Throws Error for a share outside [0, 1] and
+/// [Hyndman96], the default of R and NumPy). NaN without values. Throws Error for a share outside [0, 1] and
 /// for NaN among the values.
 [[nodiscard]] double percentile(std::span<const double> values, double share);
 

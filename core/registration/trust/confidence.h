@@ -5,7 +5,7 @@
 
 namespace raylign::detail {
 
-/// Delete-a-group jackknife [Efron 1982; Shao and Wu 1989] over 16 groups of image blocks: with the weights of group g
+/// Delete-a-group jackknife [Efron82] [Shao89] over 16 groups of image blocks: with the weights of group g
 /// set to zero, one Gauss-Newton step x_g from the pose;
 ///   covariance = k^2 (G - 1) / G sum_g (x_g - mean) (x_g - mean)^T.
 /// Residuals that hang together within a block (smoothed noise, other anatomy) are thereby counted once, where the

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "core/registration/level/plan.h"
 #include "tests/support/scenes.h"
 
@@ -11,7 +13,7 @@ Volume solid_cube(int n, double spacing_mm) {
     return {grid, std::vector<float>(static_cast<std::size_t>(grid.voxel_count()), 0.02F)};
 }
 
-std::vector<LevelPlan> plan(const Volume& volume, const std::vector<View>& views, int levels = 0) {
+std::vector<LevelPlan> plan(const Volume& volume, const std::vector<View>& views, std::optional<int> levels = {}) {
     return plan_levels(volume, views, {}, object_extent(volume), {}, levels);
 }
 
