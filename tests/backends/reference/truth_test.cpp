@@ -69,8 +69,9 @@ void expect_row_integral(const RowCase& c) {
     const RigidTransform world_from_ct = exp((Twist() << 0.3, 0.2, -0.6, 15, -9, 4).finished());
     const double spacing_mm = volume.grid.spacing_mm[c.axis];
     // A step that divides the spacing: the samples of each voxel's hat then add up to 1 wherever they start.
-    const Image drr = render(volume, pencil(volume.grid.ct_from_voxel(through_voxel), direction_ct, world_from_ct),
-                             world_from_ct, {c.projector, c.projector == Projector::joseph ? 0 : spacing_mm / 4});
+    const Image drr =
+        render(volume, pencil(volume.grid.ct_from_voxel(through_voxel), direction_ct, world_from_ct), world_from_ct,
+               {c.projector, c.projector == Projector::joseph ? std::nullopt : std::optional(spacing_mm / 4)});
     const double expected = kCount * spacing_mm * kValue * (1 - std::abs(c.offset_voxel));
     EXPECT_NEAR(drr(0, 0), expected, 2 * kFloatPixel * expected)
         << "axis " << c.axis << " sign " << c.sign << " mirror " << c.mirror << " offset " << c.offset_voxel;

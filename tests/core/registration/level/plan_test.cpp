@@ -11,7 +11,7 @@ Volume solid_cube(int n, double spacing_mm) {
     return {grid, std::vector<float>(static_cast<std::size_t>(grid.voxel_count()), 0.02F)};
 }
 
-std::vector<LevelPlan> plan(const Volume& volume, const std::vector<View>& views, int levels = 0) {
+std::vector<LevelPlan> plan(const Volume& volume, const std::vector<View>& views, std::optional<int> levels = {}) {
     return plan_levels(volume, views, {}, object_extent(volume), {}, levels);
 }
 
@@ -27,6 +27,7 @@ TEST(Levels, HalveFromTheFinestDownTo32Pixels) {
 
 TEST(Levels, TheFilterKeepsItsWidthInMillimetresUntilOnePixel) {
     const auto levels = plan(solid_cube(128, 1), test::biplane_views(256, 256));
+    ASSERT_EQ(levels.size(), 4u);
     EXPECT_EQ(levels[3].filter.sigma_px, 3);
     EXPECT_EQ(levels[3].filter.radius_px, 9);
     EXPECT_EQ(levels[2].filter.sigma_px, 1.5);
