@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tests/support/backends.h"
+#include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerances.h"
 
@@ -22,19 +23,11 @@ protected:
         RAYLIGN_MAKE_BACKEND(made, GetParam());
         backend_ = std::move(made);
     }
-    static std::string message_of(const std::function<void()>& act) {
-        try {
-            act();
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "no error";
-    }
     [[nodiscard]] std::unique_ptr<Session> prepare(const RenderSettings& render = {}) const {
         return backend_->prepare({volume_, views_, render, {Metric::gc, {1.5, 4}}});
     }
     [[nodiscard]] std::string refusal(const RenderSettings& render = {}) const {
-        return message_of([&] { (void)prepare(render); });
+        return test::error_of([&] { (void)prepare(render); });
     }
 
     std::unique_ptr<Backend> backend_;
@@ -53,13 +46,13 @@ TEST_P(BackendBadInput, PosesMustBeFiniteWhateverIsAsked) {
             const std::vector<RigidTransform> poses = {test::oblique_pose(), pose};
             std::vector<double> costs(2);
             std::vector<Linearization> results(2);
-            EXPECT_THAT(message_of([&] { session->evaluate(poses, costs); }), testing::HasSubstr("pose 1"));
-            EXPECT_THAT(message_of([&] {
+            EXPECT_THAT(test::error_of([&] { session->evaluate(poses, costs); }), testing::HasSubstr("pose 1"));
+            EXPECT_THAT(test::error_of([&] {
                             session->linearize(poses, {0, 0, 0}, results);
                         }),
                         testing::HasSubstr("pose 1"));
-            EXPECT_THAT(message_of([&] { (void)session->moment_sums(poses); }), testing::HasSubstr("pose 1"));
-            EXPECT_THAT(message_of([&] { (void)session->render(pose, 0); }), testing::HasSubstr("must be finite"));
+            EXPECT_THAT(test::error_of([&] { (void)session->moment_sums(poses); }), testing::HasSubstr("pose 1"));
+            EXPECT_THAT(test::error_of([&] { (void)session->render(pose, 0); }), testing::HasSubstr("must be finite"));
         }
     }
 }
@@ -71,9 +64,9 @@ TEST_P(BackendBadInput, ASourceFartherThanNumbersReachIsRefused) {
         std::vector<double> cost(2);
         for (const double far_mm : {1e11, -1e17, 1e300}) {
             const std::vector<RigidTransform> poses = {{}, RigidTransform::translate({0, far_mm, 0})};
-            EXPECT_THAT(message_of([&] { session->evaluate(poses, cost); }),
+            EXPECT_THAT(test::error_of([&] { session->evaluate(poses, cost); }),
                         testing::AllOf(testing::HasSubstr("pose 1"), testing::HasSubstr("below 1e9 voxels")));
-            EXPECT_THAT(message_of([&] { (void)session->render(poses[1], 0); }),
+            EXPECT_THAT(test::error_of([&] { (void)session->render(poses[1], 0); }),
                         testing::HasSubstr("source and volume"));
         }
         const std::vector<RigidTransform> near = {{}, RigidTransform::translate({1e9, 0, 0})};
@@ -88,7 +81,7 @@ TEST_P(BackendBadInput, ARotationCentreMustBeFinite) {
     const RigidTransform pose = test::oblique_pose();
     Linearization result;
     for (const double bad : {kNan, kInf}) {
-        EXPECT_THAT(message_of([&] {
+        EXPECT_THAT(test::error_of([&] {
                         session->linearize({&pose, 1}, {0, bad, 0}, {&result, 1});
                     }),
                     testing::HasSubstr("rotation centre"));
@@ -129,7 +122,7 @@ TEST_P(BackendBadInput, AVoxelThatIsNotFiniteIsNamed) {
     }
     volume_.attenuation_per_mm[5] = std::numeric_limits<float>::max();
     volume_.attenuation_per_mm[6] = std::numeric_limits<float>::denorm_min();
-    EXPECT_EQ(refusal(), "no error") << "large and small are finite";
+    EXPECT_NO_THROW((void)prepare()) << "large and small are finite";
 }
 
 TEST_P(BackendBadInput, TwoToThe31VoxelsThatAreNotThereAreAnErrorBeforeAllocation) {
@@ -163,7 +156,7 @@ TEST_P(BackendBadInput, StepsMustBePositiveAndNotAbsurd) {
 
 TEST_P(BackendBadInput, AViewThatIsNotThereIsRefused) {
     const auto session = prepare();
-    EXPECT_THAT(message_of([&] { (void)session->render({}, 2); }), testing::HasSubstr("view = 2"));
+    EXPECT_THAT(test::error_of([&] { (void)session->render({}, 2); }), testing::HasSubstr("view = 2"));
     views_.clear();
     EXPECT_THAT(refusal(), testing::HasSubstr("at least one"));
 }

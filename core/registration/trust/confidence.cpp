@@ -91,6 +91,9 @@ Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_fr
         problem.session.set_weights(weights);
         if (error.kind() != ErrorKind::input) throw;
         return confidence;  // a group held nearly all pixels
+    } catch (...) {         // the run was stopped
+        problem.session.set_weights(weights);
+        throw;
     }
     problem.session.set_weights(weights);
     if (!steps.allFinite()) return confidence;

@@ -11,7 +11,8 @@ namespace raylign::detail {
 /// Residuals that hang together within a block (smoothed noise, other anatomy) are thereby counted once, where the
 /// inverse curvature alone would take every pixel for news. Each view's box of pixels with weight is cut into 8 x 8
 /// blocks; a group has blocks of every view, spread over the box. k = `calibration`, fitted on trials
-/// (bench/README.md). 16 linearizations on the session's level; its weights are restored.
+/// (bench/README.md). 16 linearizations on the session's level; its weights are restored, also where it is
+/// stopped.
 /// Not estimated where a group leaves too little to compare.
 [[nodiscard]] Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct,
                                    double calibration);

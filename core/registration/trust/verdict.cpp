@@ -113,7 +113,7 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     doubt_rivals(result, reasons);
     if (result.method == Method::gauss_newton && std::isfinite(result.cost_initial) && !result.confidence.is_estimated)
         reasons.push_back("the expected error could not be estimated: few pixels hold all that was compared");
-    if (result.confidence.rim_mm > kLargestRim_mm) {
+    if (!(result.confidence.rim_mm <= kLargestRim_mm)) {
         reasons.push_back("the pose is poorly determined: expected error " + fixed(result.confidence.rim_mm, 1) +
                           " mm");
     }

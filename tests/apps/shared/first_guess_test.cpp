@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "raylign/io/pose.h"
 #include "tests/apps/small_case.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::test {
 namespace {
@@ -18,16 +19,6 @@ using apps::FirstGuess;
 using apps::StartFlags;
 using testing::Contains;
 using testing::HasSubstr;
-
-template <typename Action>
-std::string message_of(Action action) {
-    try {
-        action();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no Error was thrown";
-}
 
 const std::vector<std::pair<const char*, Eigen::Vector3d>> kPoints = {
     {"a", {10, 20, -30}}, {"b", {-25, 5, 12}}, {"c", {30, -15, 22}}, {"d", {-8, -28, -3}}, {"e", {3, 14, 35}}};
@@ -93,40 +84,31 @@ TEST_F(Guess, SwappedPointsAreDoubted) {
 
 TEST_F(Guess, FaultsAreNamed) {
     const std::string ct = folder.path("ct.csv");
-    EXPECT_THAT(message_of([&] {
-                    (void)first_guess({"", ct, {"PA=x.csv"}}, grid, views);
-                }),
-                HasSubstr("one of AP, LAT"));
+    EXPECT_THAT(error_of([&] { (void)first_guess({"", ct, {"PA=x.csv"}}, grid, views); }), HasSubstr("one of AP, LAT"));
     write_text_file(folder.path("AP.csv"), "z,1,2\n");
-    EXPECT_THAT(message_of([&] {
+    EXPECT_THAT(error_of([&] {
                     (void)first_guess({"", ct, {seen_in("AP")}}, grid, views);
                 }),
                 HasSubstr("one of the landmarks a, b, c, d, e"));
     write_text_file(folder.path("AP.csv"), "a,1,2\nb,3,4\nc,5,9\n");
-    EXPECT_THAT(message_of([&] {
-                    (void)first_guess({"", ct, {seen_in("AP")}}, grid, views);
-                }),
-                HasSubstr("at least 4"));
-    EXPECT_THAT(message_of([&] {
+    EXPECT_THAT(error_of([&] { (void)first_guess({"", ct, {seen_in("AP")}}, grid, views); }), HasSubstr("at least 4"));
+    EXPECT_THAT(error_of([&] {
                     apps::settle_conflicts(StartFlags{"", ct, {}});
                 }),
                 HasSubstr("give --landmarks VIEW=FILE"));
-    EXPECT_THAT(message_of([&] {
+    EXPECT_THAT(error_of([&] {
                     apps::settle_conflicts(StartFlags{"", "", {"AP=x"}});
                 }),
                 HasSubstr("give --landmarks3d"));
-    EXPECT_THAT(message_of([&] {
+    EXPECT_THAT(error_of([&] {
                     apps::settle_conflicts(StartFlags{"pose.json", ct, {"AP=x"}});
                 }),
                 HasSubstr("contradicts"));
-    EXPECT_THAT(message_of([&] { apps::settle_conflicts(StartFlags{"", ct, {"AP"}}); }), HasSubstr("VIEW=FILE"));
+    EXPECT_THAT(error_of([&] { apps::settle_conflicts(StartFlags{"", ct, {"AP"}}); }), HasSubstr("VIEW=FILE"));
 }
 
 TEST_F(Guess, DicomNeedsDicomViews) {
-    EXPECT_THAT(message_of([&] {
-                    (void)first_guess({"dicom", "", {}}, grid, views);
-                }),
-                HasSubstr("view AP is not from"));
+    EXPECT_THAT(error_of([&] { (void)first_guess({"dicom", "", {}}, grid, views); }), HasSubstr("view AP is not from"));
     for (ViewOrigin& origin : views.origins) origin.is_dicom_geometry = true;
     const FirstGuess guess = first_guess({"dicom", "", {}}, grid, views);
     EXPECT_LT((guess.world_from_ct * grid.centre_ct_mm()).norm(), 1e-6);  // the CT's middle in the isocentre

@@ -5,6 +5,7 @@
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "tests/apps/small_case.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::test {
 namespace {
@@ -12,16 +13,6 @@ namespace {
 using apps::volume_read_options;
 using apps::VolumeFlags;
 using testing::HasSubstr;
-
-template <typename Action>
-std::string message_of(Action action) {
-    try {
-        action();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no Error was thrown";
-}
 
 TEST(ObjectFlags, BoxInMillimetresOrVoxels) {
     VolumeFlags flags;
@@ -38,7 +29,7 @@ TEST(ObjectFlags, BoxInMillimetresOrVoxels) {
 }
 
 TEST(ObjectFlags, FaultsAreNamed) {
-    const auto message = [](const VolumeFlags& flags) { return message_of([&] { (void)volume_read_options(flags); }); };
+    const auto message = [](const VolumeFlags& flags) { return error_of([&] { (void)volume_read_options(flags); }); };
     for (const char* object :
          {"1,2,3", "1,2,3,4,5,x", "1,2,3,0,5,6", "voxels:1.5,2,3,4,5,6", "voxels:-1,0,0,4,5,6", "nan,0,0,1,1,1"}) {
         VolumeFlags flags;
@@ -57,7 +48,7 @@ TEST(ObjectFlags, FaultsAreNamed) {
 TEST(Seed, IsAWholeNumber) {
     EXPECT_EQ(apps::parse_seed("18446744073709551615"), ~std::uint64_t{0});
     for (const char* text : {"-1", "1.5", "", "1e3", "18446744073709551616"}) {
-        EXPECT_THAT(message_of([&] { (void)apps::parse_seed(text); }), HasSubstr("--seed")) << text;
+        EXPECT_THAT(error_of([&] { (void)apps::parse_seed(text); }), HasSubstr("--seed")) << text;
     }
 }
 

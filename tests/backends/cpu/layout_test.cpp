@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "layout_scene.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::cpu {
 namespace {
@@ -122,13 +123,11 @@ TEST_P(CpuLayout, TheTableCountsOccupiedBlocks) {
 TEST_P(CpuLayout, AVolumeBeyondTheMemoryIsAnErrorBeforeAnyAllocation) {
     for (const int size : {1 << 16, 1 << 21, 0x7FFFFFF0}) {  // 1 PiB; bytes that wrap around to 0; beyond 64 bits
         for (int axis = 0; axis < 3; ++axis) {
-            try {
+            const std::string message = test::error_of([&] {
                 const VolumeLayouts layouts(ball_.source(), dense_map(size, size, size), GetParam(), axis, workers_);
-                ADD_FAILURE() << "a layout of " << size << " voxels a side";
-            } catch (const Error& error) {
-                EXPECT_THAT(error.what(), testing::HasSubstr("memory: the engine's volume needs"));
-                EXPECT_THAT(error.what(), testing::HasSubstr("MiB are free"));
-            }
+            });
+            EXPECT_THAT(message, testing::HasSubstr("memory: the engine's volume needs")) << size;
+            EXPECT_THAT(message, testing::HasSubstr("MiB are free")) << size;
         }
     }
 }
@@ -149,12 +148,8 @@ TEST(PageBuffer, IsZeroAndStartsOnAHugePage) {
 
 TEST(PageBuffer, MoreThanIsFreeIsAnErrorThatSaysHowMuch) {
     for (const std::size_t bytes : {free_memory() + (std::size_t{1} << 40), SIZE_MAX}) {
-        try {
-            const PageBuffer buffer(bytes, "a test");
-            ADD_FAILURE() << bytes;
-        } catch (const Error& error) {
-            EXPECT_THAT(error.what(), testing::HasSubstr(std::to_string((bytes >> 20) + 1) + " MiB"));
-        }
+        EXPECT_THAT(test::error_of([&] { const PageBuffer buffer(bytes, "a test"); }),
+                    testing::HasSubstr(std::to_string((bytes >> 20) + 1) + " MiB"));
     }
 }
 

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "cpu_scenes.h"
 #include "layout_scene.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::test {
 namespace {
@@ -99,13 +100,8 @@ TEST(CpuMemory, TwoToThe31VoxelsAreCountedRightAndRefusedWhereTheyDoNotFit) {
     EXPECT_NEAR(cpu::layout_bytes(map, cpu::kInt16), 3 * 2.0 * 2048 * 1024 * 1024, 0.1 * 3 * 2.0 * 0x1p31);
     if (cpu::layout_bytes(map, cpu::kFloat32) < static_cast<double>(cpu::free_memory())) GTEST_SKIP() << "it fits here";
     cpu::Workers workers(1);
-    try {
-        const cpu::VolumeLayouts layouts({}, map, cpu::kFloat32, 2, workers);
-        ADD_FAILURE() << "no error";
-    } catch (const Error& error) {
-        EXPECT_THAT(error.what(),
-                    testing::AllOf(testing::HasSubstr("int16: half of it"), testing::HasSubstr("MiB are free")));
-    }
+    EXPECT_THAT(error_of([&] { const cpu::VolumeLayouts layouts({}, map, cpu::kFloat32, 2, workers); }),
+                testing::AllOf(testing::HasSubstr("int16: half of it"), testing::HasSubstr("MiB are free")));
 }
 
 /// An occupied cube in the last corner of 2^31 voxels: only its pages are written, so that the test needs addresses,

@@ -5,18 +5,13 @@
 
 #include "core/base/error.h"
 #include "cpu_scenes.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::test {
 namespace {
 
-std::string message_of(const CpuOptions& options) {
-    try {
-        (void)make_cpu_backend(options);
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::input);
-        return error.what();
-    }
-    return "no error";
+std::string refusal_of(const CpuOptions& options) {
+    return error_of([&] { (void)make_cpu_backend(options); });
 }
 
 /// Sets RAYLIGN_INSTRUCTION_SET for the length of a test.
@@ -32,12 +27,8 @@ TEST(CpuOptions, EveryAvailableInstructionSetRunsWhenAskedFor) {
             EXPECT_EQ(make_cpu_backend({.threads = 1, .instruction_set = set.set})->info().instruction_set,
                       instruction_set_name(set.set));
         } else {
-            try {
-                (void)make_cpu_backend({.threads = 1, .instruction_set = set.set});
-                ADD_FAILURE() << instruction_set_name(set.set) << " ran on a processor without it";
-            } catch (const Error& error) {
-                EXPECT_EQ(error.kind(), ErrorKind::unavailable);
-            }
+            (void)error_of([&] { (void)make_cpu_backend({.threads = 1, .instruction_set = set.set}); },
+                           ErrorKind::unavailable);
         }
     }
 }
@@ -57,16 +48,16 @@ TEST(CpuOptions, TheEnvironmentChoosesUnlessTheOptionDoes) {
 TEST(CpuOptions, AnUnknownInstructionSetIsAnErrorThatListsTheValidOnes) {
     const Environment environment("mmx");
     for (const InstructionSetStatus& set : cpu_instruction_sets()) {
-        EXPECT_THAT(message_of({}), testing::HasSubstr(std::string(instruction_set_name(set.set))));
+        EXPECT_THAT(refusal_of({}), testing::HasSubstr(std::string(instruction_set_name(set.set))));
     }
-    EXPECT_THAT(message_of({}),
+    EXPECT_THAT(refusal_of({}),
                 testing::AllOf(testing::HasSubstr("mmx"), testing::HasSubstr("RAYLIGN_INSTRUCTION_SET")));
 }
 
 TEST(CpuOptions, ThreadsMustBeInRange) {
-    EXPECT_THAT(message_of({.threads = -1}), testing::HasSubstr("[1, 1024]"));
-    EXPECT_THAT(message_of({.threads = 0}), testing::HasSubstr("[1, 1024]"));
-    EXPECT_THAT(message_of({.threads = 1025}), testing::HasSubstr("1025"));
+    EXPECT_THAT(refusal_of({.threads = -1}), testing::HasSubstr("[1, 1024]"));
+    EXPECT_THAT(refusal_of({.threads = 0}), testing::HasSubstr("[1, 1024]"));
+    EXPECT_THAT(refusal_of({.threads = 1025}), testing::HasSubstr("1025"));
     EXPECT_EQ(make_cpu_backend({.threads = 7})->info().threads, 7);
     EXPECT_GE(make_cpu_backend({})->info().threads, 1);
 }
@@ -75,12 +66,7 @@ TEST(CpuOptions, AnInstructionSetOfAnotherProcessorIsUnavailable) {
     const auto known = cpu_instruction_sets();
     for (const InstructionSet set : {InstructionSet::sse2, InstructionSet::neon}) {
         if (std::ranges::find(known, set, &InstructionSetStatus::set) != known.end()) continue;
-        try {
-            (void)make_cpu_backend({.instruction_set = set});
-            ADD_FAILURE() << "ran without kernels";
-        } catch (const Error& error) {
-            EXPECT_EQ(error.kind(), ErrorKind::unavailable);
-        }
+        (void)error_of([&] { (void)make_cpu_backend({.instruction_set = set}); }, ErrorKind::unavailable);
     }
 }
 

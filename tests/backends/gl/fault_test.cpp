@@ -4,21 +4,12 @@
 
 #include "core/base/error.h"
 #include "gl_scenes.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::gl {
 namespace {
 
-/// The message of the Error that work throws, which must be of kind unavailable; "" if it throws none.
-template <class Work>
-std::string message_of_fault(const Work& work) {
-    try {
-        work();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::unavailable) << error.what();
-        return error.what();
-    }
-    return {};
-}
+std::string fault_of(const std::function<void()>& work) { return test::error_of(work, ErrorKind::unavailable); }
 
 TEST(GlFaults, AShaderThatDoesNotCompileStopsThePreparedSessionWithTheLog) {
     RAYLIGN_NEED_GL(api);
@@ -32,7 +23,7 @@ TEST(GlFaults, AShaderThatDoesNotCompileStopsThePreparedSessionWithTheLog) {
     };
     const test::SpineScene spine;
     const auto session = make_gl_backend(api, {})->prepare(spine.scene());
-    const std::string message = message_of_fault([&] { (void)test::costs(*session, spine.poses(1)); });
+    const std::string message = fault_of([&] { (void)test::costs(*session, spine.poses(1)); });
     EXPECT_NE(message.find(".comp does not compile"), std::string::npos) << message;
 }
 
@@ -44,7 +35,7 @@ TEST(GlFaults, AVolumeWithoutMemoryIsRefusedWithItsSize) {
     api.gl.TextureStorage3D = [](GLuint, GLsizei, GLenum, GLsizei, GLsizei, GLsizei) { fails = true; };
     api.gl.GetError = [] { return std::exchange(fails, false) ? GL_OUT_OF_MEMORY : real(); };
     const test::SpineScene spine(64);
-    const std::string message = message_of_fault([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
+    const std::string message = fault_of([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
     EXPECT_NE(message.find("64 x 64 x 64"), std::string::npos) << message;
     EXPECT_NE(message.find("no memory"), std::string::npos) << message;
 }
@@ -57,7 +48,7 @@ TEST(GlFaults, BuffersWithoutMemoryAreRefusedWithTheirSize) {
     api.gl.NamedBufferStorage = [](GLuint, GLsizeiptr, const void*, GLbitfield) { fails = true; };
     api.gl.GetError = [] { return std::exchange(fails, false) ? GL_OUT_OF_MEMORY : real(); };
     const test::SpineScene spine;
-    const std::string message = message_of_fault([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
+    const std::string message = fault_of([&] { (void)make_gl_backend(api, {})->prepare(spine.scene()); });
     EXPECT_NE(message.find("has no memory for scene"), std::string::npos) << message;
 }
 
@@ -73,11 +64,9 @@ TEST(GlFaults, ALostContextIsReportedAndANewSessionWorks) {
     const auto session = backend->prepare(spine.scene());
     const auto before = test::costs(*session, spine.poses(2));
     lost = true;
-    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"),
-              std::string::npos);
+    EXPECT_NE(fault_of([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"), std::string::npos);
     lost = false;  // the device is back, but this context stays lost
-    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"),
-              std::string::npos);
+    EXPECT_NE(fault_of([&] { (void)test::costs(*session, spine.poses(2)); }).find("was reset"), std::string::npos);
     const auto again = backend->prepare(spine.scene());
     EXPECT_EQ(test::costs(*again, spine.poses(2)), before);
 }
@@ -97,8 +86,7 @@ TEST(GlFaults, ADeviceThatHangsIsReportedWhenItIsReset) {
     const test::SpineScene spine;
     const auto session = make_gl_backend(api, {})->prepare(spine.scene());
     hangs = true;
-    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(1)); }).find("was reset"),
-              std::string::npos);
+    EXPECT_NE(fault_of([&] { (void)test::costs(*session, spine.poses(1)); }).find("was reset"), std::string::npos);
 }
 
 TEST(GlFaults, AnErrorOfOpenGlIsNotSwallowed) {
@@ -111,7 +99,7 @@ TEST(GlFaults, AnErrorOfOpenGlIsNotSwallowed) {
     const test::SpineScene spine;
     const auto session = make_gl_backend(api, {})->prepare(spine.scene());
     fails = true;
-    EXPECT_NE(message_of_fault([&] { (void)test::costs(*session, spine.poses(1)); }).find("invalid operation"),
+    EXPECT_NE(fault_of([&] { (void)test::costs(*session, spine.poses(1)); }).find("invalid operation"),
               std::string::npos);
 }
 

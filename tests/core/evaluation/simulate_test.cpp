@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/evaluation/poisson.h"
 #include "raylign/simulate.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail {
 namespace {
@@ -110,12 +111,7 @@ TEST(PhotonNoise, RefusesPhotonsOutsideItsRange) {
 TEST(PhotonNoise, NamesAPixelThatIsNotFinite) {
     Image image(5, 4, 1);
     image(3, 2) = std::numeric_limits<float>::infinity();
-    try {
-        (void)with_photon_noise(image, 100, 1);
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_THAT(error.what(), testing::HasSubstr("pixel (3, 2)"));
-    }
+    EXPECT_THAT(test::error_of([&] { (void)with_photon_noise(image, 100, 1); }), testing::HasSubstr("pixel (3, 2)"));
     image(3, 2) = -14;
     EXPECT_THROW((void)with_photon_noise(image, 100, 1), Error);
 }

@@ -10,6 +10,7 @@
 #include "core/base/random.h"
 #include "core/geometry/camera.h"
 #include "raylign/camera.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail {
 namespace {
@@ -158,12 +159,8 @@ TEST(HalfResolutionCamera, SeesAnAveragedPixelAtTheMiddleOfItsFour) {
 }
 
 void expect_refused(const Camera& camera, const std::string& reason) {
-    try {
-        check_camera(camera, "view 3");
-        FAIL() << "accepted: " << reason;
-    } catch (const Error& error) {
-        EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(reason), testing::HasSubstr("view 3")));
-    }
+    EXPECT_THAT(test::error_of([&] { check_camera(camera, "view 3"); }),
+                testing::AllOf(testing::HasSubstr(reason), testing::HasSubstr("view 3")));
 }
 
 TEST(CheckCamera, NamesWhatIsWrong) {

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/rigid_transform.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail {
 namespace {
@@ -129,12 +130,8 @@ TEST(RigidFromMatrix, MakesARoundedRotationExact) {
 }
 
 void expect_refused(const Eigen::Matrix4d& matrix, const std::string& reason) {
-    try {
-        (void)rigid_from_matrix(matrix, "pose.json");
-        FAIL() << "accepted: " << reason;
-    } catch (const Error& error) {
-        EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(reason), testing::HasSubstr("pose.json")));
-    }
+    EXPECT_THAT(test::error_of([&] { (void)rigid_from_matrix(matrix, "pose.json"); }),
+                testing::AllOf(testing::HasSubstr(reason), testing::HasSubstr("pose.json")));
 }
 
 TEST(RigidFromMatrix, RefusesWhatIsNotRigid) {

@@ -7,10 +7,12 @@
 
 #include "core/base/error.h"
 #include "core/image/region.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail {
 namespace {
 
+using test::error_of;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -31,16 +33,6 @@ Volume straight_volume() {
     Volume volume = counting_volume();
     volume.grid.direction.setIdentity();
     return volume;
-}
-
-template <typename Action>
-std::string message_of(Action action) {
-    try {
-        action();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no Error was thrown";
 }
 
 double sum_of(const Volume& volume) {
@@ -85,7 +77,7 @@ TEST(BoxOfObject, HoldsEveryVoxelThatIsNotZeroAndNoMore) {
 TEST(BoxOfObject, AnEmptyVolumeIsAnError) {
     Volume volume = counting_volume();
     for (float& voxel : volume.attenuation_per_mm) voxel = 0;
-    EXPECT_THAT(message_of([&] { (void)box_of_object(volume); }), HasSubstr("0 everywhere"));
+    EXPECT_THAT(error_of([&] { (void)box_of_object(volume); }), HasSubstr("0 everywhere"));
 }
 
 TEST(ClipAbove, LowersWhatIsAbove) {
@@ -116,8 +108,8 @@ TEST(KeepInside, JudgesVoxelCentresInCtMillimetres) {
 
 TEST(KeepInside, ABoxOutsideOrUpsideDownIsAnError) {
     Volume volume = straight_volume();
-    EXPECT_THAT(message_of([&] { keep_inside(volume, {{100, 0, 0}, {200, 1, 1}}); }), HasSubstr("no voxel's centre"));
-    EXPECT_THAT(message_of([&] { keep_inside(volume, {{12, -20, 30}, {11, 0, 40}}); }), HasSubstr("at most"));
+    EXPECT_THAT(error_of([&] { keep_inside(volume, {{100, 0, 0}, {200, 1, 1}}); }), HasSubstr("no voxel's centre"));
+    EXPECT_THAT(error_of([&] { keep_inside(volume, {{12, -20, 30}, {11, 0, 40}}); }), HasSubstr("at most"));
     EXPECT_THROW(keep_inside(volume, {{NAN, 0, 0}, {200, 1, 1}}), Error);
 }
 
@@ -153,12 +145,11 @@ TEST(KeepLabels, AnAbsentLabelListsThosePresent) {
     Volume volume = counting_volume();
     LabelMap map{volume.grid, std::vector<std::int32_t>(120, 7)};
     map.labels[0] = 9;
-    EXPECT_THAT(message_of([&] { keep_labels(volume, map, std::vector<std::int32_t>{4}); }),
+    EXPECT_THAT(error_of([&] { keep_labels(volume, map, std::vector<std::int32_t>{4}); }),
                 AllOf(HasSubstr("label = 4"), HasSubstr("7, 9")));
-    EXPECT_THAT(message_of([&] { keep_labels(volume, map, std::vector<std::int32_t>{0}); }), HasSubstr("label = 0"));
+    EXPECT_THAT(error_of([&] { keep_labels(volume, map, std::vector<std::int32_t>{0}); }), HasSubstr("label = 0"));
     map.grid.origin_mm.x() += 1000;
-    EXPECT_THAT(message_of([&] { keep_labels(volume, map, std::vector<std::int32_t>{7}); }),
-                HasSubstr("do not overlap"));
+    EXPECT_THAT(error_of([&] { keep_labels(volume, map, std::vector<std::int32_t>{7}); }), HasSubstr("do not overlap"));
 }
 
 TEST(ContrastAbove, KeepsWhatExceedsAndHasNoJump) {

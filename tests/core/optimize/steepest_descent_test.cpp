@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/optimize/steepest_descent.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail {
 namespace {
@@ -77,13 +78,9 @@ TEST(SteepestDescent, AFlatObjectiveConvergesWhereItStands) {
 }
 
 TEST(SteepestDescent, RefusesOptionsOutOfRangeNamingThem) {
-    const auto message = [](const SteepestDescentOptions& options) -> std::string {
-        try {
-            (void)steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Zero(6), options);
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "";
+    const auto message = [](const SteepestDescentOptions& options) {
+        return test::error_of(
+            [&] { (void)steepest_descent(batch_of(narrow_valley), Eigen::VectorXd::Zero(6), options); });
     };
     EXPECT_NE(message({.difference_step = 0}).find("difference_step"), std::string::npos);
     EXPECT_NE(message({.initial_step = -1}).find("initial_step"), std::string::npos);

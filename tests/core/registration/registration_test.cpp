@@ -7,6 +7,7 @@
 #include "raylign/backends.h"
 #include "raylign/registration.h"
 #include "raylign/targets.h"
+#include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {
@@ -28,15 +29,6 @@ struct SmallCase {
         return mean_target_error_mm(pose, truth, targets);
     }
 };
-
-std::string error_of(const std::function<void()>& act) {
-    try {
-        act();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no error";
-}
 
 TEST(Registration, RecoversAKnownPoseBelowHalfAVoxel) {
     SmallCase c;
@@ -162,7 +154,7 @@ TEST(Registration, UnrelatedImagesAreDoubtful) {
 
 TEST(Registration, AStartThatMissesTheDetectorIsAnErrorNamingTheView) {
     SmallCase c;
-    const std::string message = error_of([&] { (void)c.run(RigidTransform::translate({0, 0, 900})); });
+    const std::string message = test::error_of([&] { (void)c.run(RigidTransform::translate({0, 0, 900})); });
     EXPECT_NE(message.find("misses the detector of view AP"), std::string::npos) << message;
 }
 
@@ -171,34 +163,35 @@ TEST(Registration, BadInputIsRefusedWithWhatAndWhere) {
     const RigidTransform start = c.truth;
     RigidTransform nan_pose;
     nan_pose.translation_mm.x() = std::nan("");
-    EXPECT_NE(error_of([&] { (void)c.run(nan_pose); }).find("start pose"), std::string::npos);
-    EXPECT_NE(error_of([&] { (void)c.run(start, {.levels = 9}); }).find("levels = 9"), std::string::npos);
-    EXPECT_NE(error_of([&] { (void)c.run(start, {.max_iterations_per_level = 0}); }).find("max_iterations"),
+    EXPECT_NE(test::error_of([&] { (void)c.run(nan_pose); }).find("start pose"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)c.run(start, {.levels = 9}); }).find("levels = 9"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)c.run(start, {.max_iterations_per_level = 0}); }).find("max_iterations"),
               std::string::npos);
 
     SmallCase constant;
     constant.views[1].image.pixels.assign(constant.views[1].image.pixels.size(), 0.5F);
-    EXPECT_NE(error_of([&] { (void)constant.run(start); }).find("view LAT: the image is constant"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)constant.run(start); }).find("view LAT: the image is constant"),
+              std::string::npos);
 
     SmallCase no_image;
     no_image.views[0].image = {};
-    EXPECT_NE(error_of([&] { (void)no_image.run(start); }).find("image"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)no_image.run(start); }).find("image"), std::string::npos);
 
     SmallCase wrong_size;
     wrong_size.views[0].image = Image(47, 48, 1);
-    EXPECT_NE(error_of([&] { (void)wrong_size.run(start); }).find("47 x 48"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)wrong_size.run(start); }).find("47 x 48"), std::string::npos);
 
     SmallCase masked;
     masked.views[0].weights = Image(48, 48, 0);
-    EXPECT_NE(error_of([&] { (void)masked.run(start); }).find("usable pixels"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)masked.run(start); }).find("usable pixels"), std::string::npos);
 
     SmallCase nan_voxel;
     nan_voxel.volume.attenuation_per_mm[nan_voxel.volume.index(3, 2, 1)] = std::nanf("");
-    EXPECT_NE(error_of([&] { (void)nan_voxel.run(start); }).find("voxel (3, 2, 1)"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)nan_voxel.run(start); }).find("voxel (3, 2, 1)"), std::string::npos);
 
     SmallCase no_views;
     no_views.views.clear();
-    EXPECT_NE(error_of([&] { (void)no_views.run(start); }).find("views"), std::string::npos);
+    EXPECT_NE(test::error_of([&] { (void)no_views.run(start); }).find("views"), std::string::npos);
 }
 
 }  // namespace

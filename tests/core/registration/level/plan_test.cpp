@@ -29,6 +29,7 @@ TEST(Levels, HalveFromTheFinestDownTo32Pixels) {
 
 TEST(Levels, TheFilterKeepsItsWidthInMillimetresUntilOnePixel) {
     const auto levels = plan(solid_cube(128, 1), test::biplane_views(256, 256));
+    ASSERT_EQ(levels.size(), 4u);
     EXPECT_EQ(levels[3].filter.sigma_px, 3);
     EXPECT_EQ(levels[3].filter.radius_px, 9);
     EXPECT_EQ(levels[2].filter.sigma_px, 1.5);
