@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/image/region.h"
 #include "core/io/files/text.h"
 #include "raylign/intensity.h"
 
