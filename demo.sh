@@ -8,6 +8,8 @@ cd "$(dirname "$0")"
 packages=(g++ cmake ninja-build libeigen3-dev libnlopt-dev libtbb-dev libxsimd-dev libinsighttoolkit5-dev libgdcm-dev libhdf5-dev
           libtiff-dev libexpat1-dev libyaml-cpp-dev zlib1g-dev libssl-dev nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev libbenchmark-dev
           libopenmpi-dev openmpi-bin libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri)
+# Debian 13's ITK 5.4 names FFTW among its libraries, and its package only recommends it: without it linking ends at -lfftw3.
+packages+=(libfftw3-dev)
 read -ra extra <<<"${RAYLIGN_EXTRA_PACKAGES:-}"
 packages+=("${extra[@]}")
 ct_package=invesalius-examples   # a real head CT: wanted, not needed
