@@ -58,7 +58,9 @@ struct ViewsReadOptions {
 
 /// The same without automatic masks.
 [[nodiscard]] inline ViewsFile read_views(const std::vector<std::string>& arguments, ReadImages images) {
-    return read_views(arguments, ViewsReadOptions{.images = images});
+    ViewsReadOptions options;
+    options.images = images;
+    return read_views(arguments, options);
 }
 
 /// Writes views.json with `projection`-exact cameras ("intrinsics" + "camera_from_world", sdd where known).
