@@ -28,13 +28,16 @@ struct JacobianSums;
 struct FixedChannels;
 }  // namespace detail
 
+/// How a ray samples the volume.
 enum class Projector {
     joseph,     ///< planes of the dominant index axis, bilinear in-plane [Joseph82]; default
     trilinear,  ///< midpoint rule with a fixed step
 };
+/// "joseph", "trilinear"; the other way throws Error for another name.
 [[nodiscard]] std::string_view projector_name(Projector projector);
 [[nodiscard]] Projector projector_from_name(std::string_view name);
 
+/// How DRRs are made.
 struct RenderSettings {
     Projector projector = Projector::joseph;
     std::optional<double> step_mm;  ///< trilinear only; default: half the smallest voxel side; in (0, 100]
@@ -54,6 +57,7 @@ struct SessionTiming {
     double prepare_s = 0, drr_s = 0, gradient_s = 0, reduction_s = 0, transfer_s = 0;
 };
 
+/// Work done since the Session was made.
 struct SessionCounters {
     std::uint64_t evaluations = 0;     ///< poses evaluated (all views of a pose count once)
     std::uint64_t linearizations = 0;  ///< poses linearized
@@ -77,12 +81,13 @@ public:
     void linearize(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
                    std::span<Linearization> results);
 
-    /// The sums behind the costs, [pose][view][channel], channels innermost.
+    /// The sums behind the costs, [pose][view][channel], channels innermost: for comparing engines.
     [[nodiscard]] std::vector<detail::MomentSums> moment_sums(std::span<const RigidTransform> world_from_ct);
 
     /// Replaces the weights of all views until the next call: one image per view, finite and not negative; pixels that
     /// the views' masks exclude stay excluded. For robust weights (iteratively reweighted least squares), which must be
-    /// the same for all poses compared. Throws Error for other sizes or values, or if fewer than kMinPixels remain.
+    /// the same for all poses compared. Throws Error for other sizes or values, or if fewer than 32 pixels
+    /// remain.
     void set_weights(std::span<const Image> weights);
 
     /// The channels of one view that costs are made of: of the X-ray, with the weights in use, and of the DRR at a pose
@@ -90,7 +95,7 @@ public:
     [[nodiscard]] const detail::FixedChannels& fixed_channels(std::size_t view) const;
     [[nodiscard]] std::vector<Image> moving_channels(const RigidTransform& world_from_ct, std::size_t view);
 
-    /// The DRR of one view: for people and tests.
+    /// The DRR of one view: line integrals, one per pixel of its camera. Throws Error for a non-finite pose.
     [[nodiscard]] Image render(const RigidTransform& world_from_ct, std::size_t view);
 
     /// A Session of other views on the same resident volume, with the render settings of this one: the volume is not
@@ -114,7 +119,7 @@ public:
     [[nodiscard]] virtual std::string volume_layout() const { return "float32"; }
 
 protected:
-    /// Checks the scene (see check_scene) and keeps its geometry.
+    /// Checks the scene as Backend::prepare says and keeps its geometry.
     explicit Session(const Scene& scene);
     /// Other views of the volume that `resident` holds: checks these only.
     Session(const Session& resident, std::span<const View> views, const Similarity& similarity);
@@ -149,6 +154,7 @@ private:
     int channel_count_;
 };
 
+/// What runs, for reports.
 struct BackendInfo {
     std::string name;     ///< as given to --backend
     std::string summary;  ///< one line for people
@@ -161,11 +167,15 @@ struct BackendInfo {
     bool has_derivatives = true;          ///< false: linearize throws
 };
 
+/// An engine on a device. A Backend and its Sessions belong to one thread at a time; several may work at once, each in
+/// a thread of its own. Keep it as long as its Sessions.
 class Backend {
 public:
     virtual ~Backend() = default;
     [[nodiscard]] virtual BackendInfo info() const = 0;
-    /// Makes the scene resident. Throws Error for a scene that check_scene refuses or memory that does not suffice.
+    /// Makes the scene resident. Throws Error for an empty or too large grid, sizes that disagree, bad spacing or
+    /// direction, voxels that are not finite, no views, bad cameras, a bad step, an image or mask with nothing to
+    /// compare, and for memory that does not suffice. Views may lack images: then only render works.
     [[nodiscard]] virtual std::unique_ptr<Session> prepare(const Scene& scene) = 0;
 };
 

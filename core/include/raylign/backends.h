@@ -13,7 +13,9 @@ namespace raylign {
 
 /// How voxels are kept in the backend's own copy; int16 is half the memory, voxels rounded to max / 32767.
 enum class Storage { float32, int16 };
+/// Of processors, for the kernels of the CPU backend.
 enum class InstructionSet { sse2, avx2, avx512, neon };
+/// How textures are read between voxels.
 enum class Interpolation {
     hardware,  ///< by the texture units: fast, with 8-bit fractions on GPUs
     exact,     ///< in the shader, in float
@@ -95,10 +97,12 @@ struct BackendStatus {
     std::vector<DeviceStatus> devices = {};                   ///< of a GPU engine
 };
 
-/// All backends of this build, best first; "reference" last.
+/// All backends of this build, best first; "reference" last. The second tries each: it may take a second and never
+/// throws for one that cannot run.
 [[nodiscard]] std::vector<std::string> backend_names();
 [[nodiscard]] std::vector<BackendStatus> backend_statuses();
 
+/// A backend, and why it is this one.
 struct BackendChoice {
     std::unique_ptr<Backend> backend;
     std::vector<BackendStatus> passed_over;  ///< with "auto": the better ones that could not run, with reasons

@@ -23,7 +23,9 @@ struct HuPreset {
 [[nodiscard]] const HuPreset& hu_preset(std::string_view name);  ///< throws Error listing the valid names
 [[nodiscard]] float attenuation_from_hu(double hu, const HuPreset& preset);
 
+/// What pixels are: logarithms already, or what is left of the beam (0 = none of it).
 enum class IntensityKind { automatic, line_integral, transmission };
+/// Whether bone has the larger or the smaller pixel values.
 enum class Polarity { automatic, bone_bright, bone_dark };
 
 /// How an X-ray's pixels become line integrals (views.json "intensity").
@@ -31,7 +33,7 @@ struct IntensitySettings {
     IntensityKind kind = IntensityKind::automatic;
     Polarity polarity = Polarity::automatic;
     std::optional<double> i0;  ///< open-beam intensity of a transmission image; default: settled from the image
-    bool auto_mask = false;    ///< also leave out shutter, collimator, letters, saturated and zero pixels (auto_mask.h)
+    bool auto_mask = false;    ///< also leave out shutter, collimator, letters, saturated and zero pixels
 };
 
 /// What a DICOM file says of its pixels (0028,1040): proportional to the X-rays that arrive, to their logarithm, or
@@ -49,6 +51,7 @@ struct RawXray {
     Image shutter;          ///< DICOM shutter and collimator tags: 0 outside; empty = none
 };
 
+/// An X-ray as a View takes it.
 struct XrayConversion {
     Image line_integral;  ///< denser = larger
     Image weights;        ///< given mask; 0 where not finite or outside a framed field of view; empty = all ones

@@ -10,6 +10,7 @@
 
 namespace raylign {
 
+/// How one start is refined.
 enum class Method {
     automatic,         ///< the driver picks and says what it picked
     gauss_newton,      ///< Levenberg-Marquardt with analytic derivatives (Session::linearize), coarse to fine
@@ -38,6 +39,7 @@ enum class Search {
 [[nodiscard]] std::string_view search_name(Search search);  ///< "auto", "none", "near", "global"
 [[nodiscard]] Search search_from_name(std::string_view name);
 
+/// Where, and how widely, starts are sought.
 struct SearchOptions {
     Search mode = Search::automatic;
     std::optional<double> range_mm;   ///< near: how far the object may be off; default 20; in (0, 500]
@@ -46,6 +48,7 @@ struct SearchOptions {
     std::uint64_t seed = 1;           ///< of a whole; a part is sought exhaustively
 };
 
+/// Defaults are meant for most data. register_volume throws Error for values outside the ranges named.
 struct RegistrationOptions {
     Method method = Method::automatic;
     Similarity similarity;  ///< filter: as wide as given on the finest level, narrower on coarser ones

@@ -21,6 +21,7 @@ struct Box {
     Eigen::Vector3d half_size_mm;
     double attenuation_per_mm;
 };
+/// As a Box.
 struct Ellipsoid {
     RigidTransform ct_from_solid;
     Eigen::Vector3d radii_mm;
@@ -32,8 +33,10 @@ struct EllipticCylinder {  ///< axis along the solid's z, flat caps
     double half_length_mm;
     double attenuation_per_mm;
 };
+/// What phantoms are made of.
 using Solid = std::variant<Box, Ellipsoid, EllipticCylinder>;
 
+/// A sum of solids, in ct coordinates.
 struct Phantom {
     std::string name;
     std::vector<Solid> solids;

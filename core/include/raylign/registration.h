@@ -10,6 +10,7 @@
 
 namespace raylign {
 
+/// How far a run has come.
 struct RegistrationProgress {
     int level = 0, levels = 1;
     int iteration = 0;

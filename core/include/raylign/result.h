@@ -20,6 +20,7 @@ struct IterationRecord {
     RigidTransform world_from_ct;
 };
 
+/// One resolution of a run.
 struct LevelReport {
     Eigen::Vector3i volume_size = Eigen::Vector3i::Zero();
     Eigen::Vector3d spacing_mm = Eigen::Vector3d::Zero();
@@ -44,6 +45,7 @@ struct Rival {
     double rotation_deg = 0;  ///< from the result
 };
 
+/// What a search tried and found.
 struct SearchReport {
     Search mode = Search::none;  ///< what ran; never automatic
     double range_mm = 0;         ///< near: how far from the start was looked
@@ -66,6 +68,7 @@ struct Confidence {
     double weakest_mm = 0;                                        ///< sigma along it
 };
 
+/// The pose, whether to believe it, and how it came about.
 struct RegistrationResult {
     RigidTransform world_from_ct;
     RigidTransform start_world_from_ct;

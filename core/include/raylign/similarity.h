@@ -11,6 +11,7 @@ struct GradientFilter {
     int radius_px = 9;    ///< taps reach from -R to R; in [1, 64]
 };
 
+/// What is compared of X-ray and DRR; the cost is 1 minus the correlation.
 enum class Metric {
     gc,   ///< gradient correlation: mean NCC of the two gradient images, [Ino06] eq. 1-2, [Penney98]
     ncc,  ///< normalized cross correlation of the images themselves; biased by scatter and other content
@@ -18,6 +19,7 @@ enum class Metric {
 [[nodiscard]] std::string_view metric_name(Metric metric);
 [[nodiscard]] Metric metric_from_name(std::string_view name);
 
+/// The cost.
 struct Similarity {
     Metric metric = Metric::gc;
     GradientFilter filter;  ///< used by gc

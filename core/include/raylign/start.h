@@ -25,6 +25,7 @@ struct LandmarkSighting {
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
+/// A pose from landmarks, and how well they fit.
 struct LandmarkPose {
     RigidTransform world_from_ct;
     double rms_px = 0;                 ///< over all sightings

@@ -13,6 +13,7 @@ namespace raylign {
 struct StudyBins {
     double low_mm = 0, step_mm = 2, high_mm = 20;
 };
+/// Starts with low_mm <= mTRE < high_mm.
 struct StudyInterval {
     double low_mm = 0, high_mm = 0;
 };

@@ -11,6 +11,7 @@
 
 namespace raylign {
 
+/// How an object is followed.
 struct TrackOptions {
     /// The first frame is registered by these as they stand; later ones without a search, as the content that the first
     /// was found to be.
@@ -26,6 +27,7 @@ struct TrackOptions {
     [[nodiscard]] std::string problem() const;
 };
 
+/// What became of a frame.
 enum class TrackStatus {
     ok,        ///< by the verdict, and in keeping with the frames before
     doubtful,  ///< a pose with reasons to look at it; the track goes on from it
@@ -53,7 +55,7 @@ struct TrackFrame {
 
 /// Follows one object through frames that come one at a time, in order.
 ///
-/// Each frame starts from extrapolate() of the last tracked ones and is registered without a search. It is not believed
+/// Each frame starts from where the last tracked ones point to and is registered without a search. It is not believed
 /// where the verdict says no, where it lies farther from the prediction than max_jump_mm (by itself: 20 mm at the rim
 /// until three jumps and a velocity are known, then 3 mm + 4 x the median of the last 15; for every frame missed once
 /// more, up to three times), or where its cost exceeds the median m of the last 15 by more than 0.03 + 0.25 m. Then
@@ -77,6 +79,7 @@ public:
     /// The next frame has no images; `reason` says why.
     TrackFrame skip(int frame, const std::string& reason);
 
+    /// World_from_ct where the next frame, of this number, would be sought first.
     [[nodiscard]] RigidTransform predicted(int frame) const;
 
 private:

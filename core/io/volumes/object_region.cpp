@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/image/region.h"
 #include "core/io/files/text.h"
 #include "raylign/intensity.h"
 

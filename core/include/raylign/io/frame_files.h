@@ -28,7 +28,7 @@ struct FrameFile {
 /// A list of files, numbered from 1 as they stand. Throws Error for a file that is not there.
 [[nodiscard]] std::vector<FrameFile> list_frames(const std::vector<std::filesystem::path>& files);
 
-/// Reads frames of a sequence. A file with several stays open, its pixels in memory as stored.
+/// Reads frames of a sequence. A file with several stays open, its pixels in memory as stored. One reader, one thread.
 class FrameReader {
 public:
     FrameReader();

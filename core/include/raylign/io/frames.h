@@ -15,6 +15,7 @@ struct FrameSet {
     std::vector<std::optional<FrameFile>> files;  ///< one per view; none where it has no such frame
 };
 
+/// Which frames of a sequence.
 struct FrameRange {
     std::optional<int> first, last;  ///< numbers, both included; none = the sequence's own
     int step = 1;                    ///< take the numbers first, first + step, ...; at least 1
@@ -35,7 +36,7 @@ struct Instant {
 
 /// Reads instants as read_views(ReadImages::required) would read one, image by image: turned, masked, made line
 /// integrals. What is settled automatically is settled for each frame, except the polarity: that of a view's first
-/// frame holds for all, as a detector does not change it.
+/// frame holds for all, as a detector does not change it. One reader, one thread.
 class InstantReader {
 public:
     /// `views`: read with ReadImages::frames.

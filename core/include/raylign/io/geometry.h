@@ -39,6 +39,7 @@ struct GeometryView {
     std::optional<Eigen::Vector3d> isocentre_ct_mm;  ///< DICOM RT: the world's origin in patient coordinates
 };
 
+/// Of other tools' files.
 enum class GeometryFormat { mayacam1, mayacam2, rtk, plastimatch, opencv, dicom };
 [[nodiscard]] std::string_view format_name(GeometryFormat format);
 

@@ -13,6 +13,7 @@
 
 namespace raylign {
 
+/// Which pixels are read.
 enum class ReadImages {
     required,  ///< register, compare: a view without an image is an error
     if_named,  ///< study: read what is there
@@ -30,6 +31,7 @@ struct ViewOrigin {
     std::vector<FrameFile> frames;      ///< with ReadImages::frames: by number, at least one
 };
 
+/// The X-rays of a study, as register_volume takes them, and what the files said besides.
 struct ViewsFile {
     std::vector<View> views;
     std::vector<ViewOrigin> origins;  ///< one per view
@@ -37,6 +39,7 @@ struct ViewsFile {
     std::vector<std::filesystem::path> files;  ///< the JSON, images and masks read
 };
 
+/// How views are read.
 struct ViewsReadOptions {
     ReadImages images = ReadImages::required;
     bool auto_mask = false;  ///< for every view, as "mask": "auto" says it for one
@@ -44,18 +47,20 @@ struct ViewsReadOptions {
     std::vector<std::string> frames;
 };
 
-/// Reads views.json (README.md describes it): all five forms of geometry. Unknown keys, wrong types and malformed JSON
-/// are errors that name the file, the line or the key's path ("views[1].camera.sdd_mm").
+/// Reads views.json (docs/formats.md describes it): all five forms of geometry. Unknown keys, wrong types and malformed
+/// JSON are errors that name the file, the line or the key's path ("views[1].camera.sdd_mm").
 [[nodiscard]] ViewsFile read_views(const std::filesystem::path& path, ReadImages images);
 
-/// Reads views.json files and geometry files of other tools (core/io/geometry), each as FILE or FILE=IMAGE; a DICOM
-/// X-ray is its own image. Views of geometry files are called like the file. Throws Error where two views have one
-/// name.
+/// Reads views.json files and geometry files of other tools (raylign/io/geometry.h), each as FILE or FILE=IMAGE; a
+/// DICOM X-ray is its own image. Views of geometry files are called like the file. Throws Error where two views have
+/// one name.
 [[nodiscard]] ViewsFile read_views(std::span<const std::string> arguments, const ViewsReadOptions& options);
 
 /// The same without automatic masks.
 [[nodiscard]] inline ViewsFile read_views(const std::vector<std::string>& arguments, ReadImages images) {
-    return read_views(arguments, ViewsReadOptions{.images = images});
+    ViewsReadOptions options;
+    options.images = images;
+    return read_views(arguments, options);
 }
 
 /// Writes views.json with `projection`-exact cameras ("intrinsics" + "camera_from_world", sdd where known).

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/region.h"
+#include "raylign/grid.h"
 #include "raylign/volume.h"
 
 namespace raylign {
@@ -26,6 +26,7 @@ struct ObjectRegion {
     }
 };
 
+/// How a CT is read.
 struct VolumeReadOptions {
     std::string hu_preset;        ///< name (raylign/intensity.h); "" = the default
     bool is_attenuation = false;  ///< voxels are 1/mm already
@@ -35,6 +36,7 @@ struct VolumeReadOptions {
     ObjectRegion object;                        ///< default: the whole CT
 };
 
+/// A CT, and what was decided on reading it.
 struct VolumeFile {
     Volume volume;
     VoxelGrid file_grid;                       ///< of all of the file, before the object was cut out
@@ -42,8 +44,9 @@ struct VolumeFile {
     std::vector<std::filesystem::path> files;  ///< every file read, for the report's hashes
 };
 
-/// Reads NIfTI, MHA/MHD, NRRD, a multi-page TIFF or a DICOM series' folder into LPS, honouring origin, spacing and
-/// direction.
+/// Reads NIfTI, MHA/MHD, NRRD, a multi-page TIFF or a DICOM series' folder into LPS [mm], honouring origin, spacing and
+/// direction; HU become attenuation [1/mm]. Throws Error for a file that is missing, damaged or cut off, and for
+/// options that do not fit it.
 [[nodiscard]] VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOptions& options = {});
 
 /// Reads a label map: whole numbers in any of these formats, on a grid of its own. A TIFF has the grid of `like`, whose

@@ -1,0 +1,22 @@
+# Every installed header compiles alone and includes nothing but raylign/, std and Eigen.
+file(GLOB_RECURSE headers RELATIVE ${PREFIX}/include ${PREFIX}/include/raylign/*.h)
+if(NOT headers)
+  message(FATAL_ERROR "no headers in ${PREFIX}/include")
+endif()
+foreach(header IN LISTS headers)
+  file(STRINGS ${PREFIX}/include/${header} includes REGEX "^ *# *include")
+  foreach(include IN LISTS includes)
+    if(NOT include MATCHES "^#include (\"raylign/[a-z_/]+\\.h\"|<[a-z_]+>|<Eigen/[A-Z][A-Za-z]+>)$")
+      message(FATAL_ERROR "${header} has ${include}: public headers include raylign/, std and Eigen only")
+    endif()
+  endforeach()
+  file(WRITE ${WORK}/header_alone.cpp "#include \"${header}\"\n")
+  execute_process(COMMAND ${CXX} -std=c++20 -fsyntax-only -Wall -Wextra -Wpedantic -Werror -I${PREFIX}/include
+                          -isystem ${EIGEN} ${WORK}/header_alone.cpp
+                  RESULT_VARIABLE result ERROR_VARIABLE error)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${header} does not compile alone:\n${error}")
+  endif()
+endforeach()
+list(LENGTH headers count)
+message("${count} headers")
