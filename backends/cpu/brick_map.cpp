@@ -68,8 +68,8 @@ BrickMap map_bricks(const float* voxels, const int (&size)[3], Workers& workers)
                 }
             }
             for (int bx = 0; bx < map.bricks[0]; ++bx) {
-                const std::int32_t most =
-                    *std::max_element(&row[bx * kBlockVoxels], &row[bx * kBlockVoxels] + kBlockVoxels);
+                const auto block = row.begin() + std::ptrdiff_t{bx} * kBlockVoxels;
+                const std::int32_t most = *std::max_element(block, block + kBlockVoxels);
                 map.occupied[map.index(bx, by, static_cast<int>(bz))] = most != 0;
                 largest[bz] = std::max(largest[bz], most);
             }

@@ -190,7 +190,8 @@ void CpuSession::accumulate_all(std::span<const RayFrame> frames, std::span<cons
     const auto start = Clock::now();
     const std::size_t images = derivatives.empty() ? 1 : 1 + kParameters;
     // Of small images in large batches each thread takes a frame. Else they share its tiles, which balances better.
-    const bool whole = image_floats_ <= 128 * 128 && frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
+    const bool whole =
+        image_floats_ <= std::size_t{128} * 128 && frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
     const std::size_t group =
         whole ? frames.size() : std::max<std::size_t>(1, kImagesInWork / (images * image_floats_));
     for (std::size_t begin = 0; begin < frames.size(); begin += group) {

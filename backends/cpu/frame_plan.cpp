@@ -12,7 +12,7 @@ namespace {
 std::vector<float> with_stride(const Image& image, std::ptrdiff_t stride) {
     std::vector<float> out(static_cast<std::size_t>(stride) * image.height, 0.F);
     for (int y = 0; y < image.height; ++y) {
-        std::copy_n(image.pixels.begin() + y * image.width, image.width, out.begin() + y * stride);
+        std::copy_n(image.pixels.begin() + std::ptrdiff_t{y} * image.width, image.width, out.begin() + y * stride);
     }
     return out;
 }
@@ -93,7 +93,7 @@ ViewPlan make_view_plan(const Eigen::Vector2i& size_px) {
 }
 
 std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius) {
-    return static_cast<std::size_t>(stride + 2 * radius + 16) +
+    return static_cast<std::size_t>(stride + std::ptrdiff_t{2} * radius + 16) +
            2 * static_cast<std::size_t>(stride | 16) * (kBandRows + 2 * radius);
 }
 

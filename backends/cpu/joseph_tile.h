@@ -91,8 +91,8 @@ struct Prefetch {
     static constexpr std::ptrdiff_t kMostBytes = 512 << 10;  // of a slab of rectangles: half of an L2 cache
     const PlaneLayout& layout;
     const TileShape& shape;
-    double plane_source, row_source, column_source, low[2], high[2];
-    int row0, row_end, column0, column_end;  // the rectangle
+    double plane_source, row_source, column_source, low[2] = {}, high[2] = {};
+    int row0 = 0, row_end = 0, column0 = 0, column_end = 0;  // the rectangle
     int plane = 0, plane_end = 0, row = 0, share = 0;
     bool exact = false;
     const Voxel* line = nullptr;  // column 0 of the row

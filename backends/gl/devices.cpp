@@ -19,7 +19,7 @@ std::optional<int> index_of(const std::string& wanted) {
 
 bool contains(const std::string& text, const std::string& part) {
     const auto same = [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); };
-    return !std::ranges::search(text, part, same).empty() || part.empty();
+    return part.empty() || std::search(text.begin(), text.end(), part.begin(), part.end(), same) != text.end();
 }
 
 /// Empty if the device is one that the choice allows.

@@ -25,7 +25,7 @@ std::vector<Display> displays_of_devices(const Api& api) {
         }
         displays.push_back(display);
     }
-    std::ranges::stable_partition(displays, [](const Display& display) { return !display.software; });
+    std::stable_partition(displays.begin(), displays.end(), [](const Display& display) { return !display.software; });
     return displays;
 }
 

@@ -18,7 +18,7 @@ Pipeline::Pipeline(DeviceScene scene, const PipelineOptions& options)
     for (const Eigen::Vector2i& size_px : sizes_px_) {
         most_px_ = most_px_.cwiseMax(size_px);
         image_floats_ = std::max(image_floats_, static_cast<std::size_t>(size_px.x()) * size_px.y());
-        strips_ = std::max<std::size_t>(strips_, size_px.x() * work_groups(size_px.y(), kStripPx));
+        strips_ = std::max(strips_, static_cast<std::size_t>(size_px.x()) * work_groups(size_px.y(), kStripPx));
     }
     if (!fixed_.empty()) upload_fixed();
     context_.check("preparing the scene");

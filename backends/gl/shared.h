@@ -14,7 +14,7 @@ struct alignas(16) uvec4 {
 
 #include "backends/gl/shaders/shared.glsl"
 
-static_assert(sizeof(FrameData) == 80 && sizeof(DerivativeData) == 6 * 64);
+static_assert(sizeof(FrameData) == 80 && sizeof(DerivativeData) == 384);
 static_assert(sizeof(ViewData) == 32 && sizeof(SceneData) == 64);
 
 }  // namespace raylign::detail::gl::shared

@@ -27,8 +27,8 @@ double share_inside(const VoxelGrid& grid, const Eigen::Vector3d& voxel, const R
     if (distance_mm + reach_mm <= rod.radius_mm) return 1;
     int inside = 0;
     for (int i = 0; i < kSubSamples * kSubSamples * kSubSamples; ++i) {
-        const Eigen::Vector3d sub(i % kSubSamples, i / kSubSamples % kSubSamples, i / (kSubSamples * kSubSamples));
-        const Eigen::Vector3d offset = (sub.array() + 0.5) / kSubSamples - 0.5;
+        const Eigen::Vector3i sub(i % kSubSamples, i / kSubSamples % kSubSamples, i / (kSubSamples * kSubSamples));
+        const Eigen::Vector3d offset = (sub.cast<double>().array() + 0.5) / kSubSamples - 0.5;
         inside += distance_to_segment_mm(grid.ct_from_voxel(voxel + offset), rod) < rod.radius_mm;
     }
     return static_cast<double>(inside) / (kSubSamples * kSubSamples * kSubSamples);

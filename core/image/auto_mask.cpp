@@ -100,7 +100,8 @@ BrightPiece bright_piece(const Image& coarse) {
     for (const std::size_t i : pieces[0].pixels) {
         piece.pixels[i] = true;
         const auto width = static_cast<std::size_t>(coarse.width);
-        points.push_back({static_cast<double>(i % width), static_cast<double>(i / width)});
+        const std::size_t x = i % width, y = i / width;
+        points.push_back({static_cast<double>(x), static_cast<double>(y)});
     }
     piece.hull = convex_hull(std::move(points));
     return piece;

@@ -147,13 +147,14 @@ TEST_P(BackendWeights, BadWeightsAreRefusedAndLeaveTheOldOnes) {
         EXPECT_THAT(test::error_of([&] { session->set_weights(weights); }), testing::HasSubstr(message));
         EXPECT_EQ(costs(*session), before) << message;
     };
-    constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
+    constexpr float kNanWeight = std::numeric_limits<float>::quiet_NaN();
+    constexpr float kInfWeight = std::numeric_limits<float>::infinity();
     refuses([](auto& w) { w.pop_back(); }, "number of weight images = 1");
     refuses([](auto& w) { w.push_back(w[0]); }, "number of weight images = 3");
     refuses([](auto& w) { w[1] = Image(kSide, kSide - 1, 1); }, "45 x 44");
     refuses([](auto& w) { w[1] = {}; }, "0 x 0");
-    refuses([&](auto& w) { w[1](3, 4) = kNan; }, "view 1");
-    refuses([&](auto& w) { w[0](3, 40) = kInf; }, "finite and not negative");
+    refuses([&](auto& w) { w[1](3, 4) = kNanWeight; }, "view 1");
+    refuses([&](auto& w) { w[0](3, 40) = kInfWeight; }, "finite and not negative");
     refuses([](auto& w) { w[1](44, 44) = -1e-6F; }, "finite and not negative");
     refuses([](auto& w) { std::ranges::fill(w[1].pixels, 0.F); }, "pixels with weight = 0");
     refuses(

@@ -108,7 +108,9 @@ void read_tiles(TIFF* file, const Page& page, std::size_t pixel_bytes, std::byte
     TIFFGetField(file, TIFFTAG_TILEWIDTH, &tile_width);
     TIFFGetField(file, TIFFTAG_TILELENGTH, &tile_height);
     std::vector<std::byte> tile(static_cast<std::size_t>(TIFFTileSize(file)));
-    if (tile.size() != tile_width * tile_height * pixel_bytes) throw Error("tiles of an odd layout");
+    // A size that overflows is 0 to libtiff.
+    if (tile.empty() || tile.size() != std::size_t{tile_width} * tile_height * pixel_bytes)
+        throw Error("tiles of an odd layout");
     for (std::uint32_t y = 0; y < page.height; y += tile_height) {
         for (std::uint32_t x = 0; x < page.width; x += tile_width) {
             if (TIFFReadTile(file, tile.data(), x, y, 0, 0) < 0) throw Error("a tile is damaged or cut off");

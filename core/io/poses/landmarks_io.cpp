@@ -57,7 +57,7 @@ std::pair<std::string, Eigen::Vector<double, Count>> named_numbers(const Row& ro
     }
     Eigen::Vector<double, Count> numbers;
     for (int i = 0; i < Count; ++i) {
-        const std::string& field = row.fields[static_cast<std::size_t>(i + (has_name ? 1 : 0))];
+        const std::string& field = row.fields[static_cast<std::size_t>(i) + (has_name ? 1 : 0)];
         const std::optional<double> number = detail::number_from(field);
         if (!number || !std::isfinite(*number)) throw bad_value("coordinate", field, "a finite number", row.where);
         numbers[i] = *number;
