@@ -26,7 +26,7 @@ SimulatedViews simulate_missing_images(const Volume& volume, std::vector<View>& 
         if (view.image.empty()) missing.push_back(view);
     }
     if (missing.empty()) return result;
-    RenderSettings other{Projector::joseph, 0};
+    RenderSettings other{Projector::joseph, {}};
     if (registers_by == Projector::joseph) {
         other = {Projector::trilinear, kStep_voxels * volume.grid.spacing_mm.minCoeff()};
         result.how = ", steps of 0.4 voxels";
