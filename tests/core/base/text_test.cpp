@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "core/base/median.h"
 #include "core/base/names.h"
@@ -22,9 +24,7 @@ TEST(Joined, PutsTheSeparatorBetweenWordsOnly) {
     EXPECT_EQ(joined(Words{}), "");
 }
 
-TEST(TextOf, WritesItsPartsOneAfterTheOther) {
-    EXPECT_EQ(text_of("x = ", 3, ", y = ", 0.5, 'm'), "x = 3, y = 0.5m");
-}
+TEST(TextOf, WritesItsPartsOneAfterTheOther) { EXPECT_EQ(text_of("x = ", 3, ", y = ", 0.5, 'm'), "x = 3, y = 0.5m"); }
 
 TEST(Fixed, HasTheDigitsAskedFor) {
     EXPECT_EQ(fixed(3.14159, 2), "3.14");
