@@ -52,6 +52,7 @@ TEST_P(ChestStart, BiplaneEndsBelowHalfAVoxelFromEightMillimetres) {
     const RegistrationResult result = register_volume(chest.volume, chest.views, start, {}, *backend);
     EXPECT_TRUE(result.ok);
     EXPECT_LT(chest.mtre_mm(result.world_from_ct), chest.half_voxel_mm());
+    EXPECT_LT(chest.mtre_mm(result.world_from_ct), test::kChestMtre_mm) << "no less accurate than it was";
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, ChestStart, testing::Values(1, 2, 3));
 
@@ -63,6 +64,7 @@ TEST(Chest, CpuAndReferenceEndAtTheSamePoseBelowHalfAVoxel) {
     const RigidTransform start = perturbed_start(chest.truth, chest.targets, 8, 1);
     const RegistrationResult fast = register_volume(chest.volume, chest.views, start, {}, *cpu);
     const RegistrationResult slow = register_volume(chest.volume, chest.views, start, {}, *reference);
+    // At 48 pixels 0.514 and 0.518 mm were reached: three times that is more than success asks for.
     EXPECT_LT(chest.mtre_mm(slow.world_from_ct), chest.half_voxel_mm());
     EXPECT_LT(chest.mtre_mm(fast.world_from_ct), chest.half_voxel_mm());
     EXPECT_LT(mean_target_error_mm(fast.world_from_ct, slow.world_from_ct, chest.targets), test::kPoseMtre_mm);

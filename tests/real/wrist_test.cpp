@@ -9,6 +9,7 @@
 #include "raylign/targets.h"
 #include "tests/support/backends.h"
 #include "tests/support/test_data.h"
+#include "tests/support/tolerances.h"
 #include "tests/support/wrist.h"
 
 namespace raylign::detail {
@@ -27,8 +28,9 @@ TEST_P(WristRadius, IsFoundUnderTheOtherBones) {
     EXPECT_EQ(found.content, Content::part);
     EXPECT_TRUE(found.ok) << found.reasons.front();
     const Eigen::Vector3d centre = wrist.radius.grid.centre_ct_mm();
-    EXPECT_LT((found.world_from_ct * centre - reference * centre).norm(), 0.5);
-    EXPECT_LT(rotation_angle_rad(found.world_from_ct * inverse(reference)) * 180 / std::numbers::pi, 2);
+    EXPECT_LT((found.world_from_ct * centre - reference * centre).norm(), test::kWristCentre_mm);
+    EXPECT_LT(rotation_angle_rad(found.world_from_ct * inverse(reference)) * 180 / std::numbers::pi,
+              test::kWristTurn_deg);
 }
 INSTANTIATE_TEST_SUITE_P(Instants, WristRadius, testing::Values(2, 99));
 

@@ -13,12 +13,11 @@ namespace raylign::detail {
 namespace {
 
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
-using Options = LevenbergMarquardtOptions;
 
 /// In one dimension: gradient 1, curvature 1. The step is then -1 / (1 + damping), and tells the damping.
 LocalModel unit_slope(double cost) { return {cost, Eigen::VectorXd::Ones(1), Eigen::MatrixXd::Ones(1, 1)}; }
 
-LevenbergMarquardtSearch unit_search(const Options& options) { return {unit_slope(10), options}; }
+LevenbergMarquardtSearch unit_search(const LevenbergMarquardtOptions& options) { return {unit_slope(10), options}; }
 
 /// Sum of squares / 2 of residuals that `f` gives with their Jacobian; the base is a plain vector.
 struct LeastSquares {
@@ -30,7 +29,7 @@ struct LeastSquares {
     Eigen::VectorXd base;
     std::vector<Eigen::VectorXd> visited{base};
 
-    LevenbergMarquardtResult solve(const Options& options, const StepCallback& on_step = {}) {
+    LevenbergMarquardtResult solve(const LevenbergMarquardtOptions& options, const StepCallback& on_step = {}) {
         const ManifoldProblem problem{[this](const Eigen::VectorXd& step) {
                                           const auto [r, j] = f(base + step);
                                           return LocalModel{r.squaredNorm() / 2, j.transpose() * r, j.transpose() * j};
@@ -102,10 +101,7 @@ TEST(LevenbergMarquardt, ARejectedTrialLeavesTheModelAsItWas) {
     EXPECT_EQ(search.last_length(), 0);
 }
 
-TEST(LevenbergMarquardt, AnEqualCostIsNoImprovement) {
-    LevenbergMarquardtSearch search = unit_search({});
-    EXPECT_FALSE(search.take(unit_slope(10)));
-}
+TEST(LevenbergMarquardt, AnEqualCostIsNoImprovement) { EXPECT_FALSE(unit_search({}).take(unit_slope(10))); }
 
 TEST(LevenbergMarquardt, AStepIsNoLongerThanAllowedAndKeepsItsDirection) {
     const LocalModel model{10, plane_point(-3, -4), Eigen::MatrixXd::Identity(2, 2)};
@@ -143,7 +139,7 @@ TEST(LevenbergMarquardt, CountsTheStepsTriedAgainstItsLimit) {
 TEST(LevenbergMarquardt, ACostThatNeverFallsConvergesOnceTheDampingIsPastAnyUse) {
     LevenbergMarquardtSearch search = unit_search({.step_tolerance = 1e-12});
     int trials = 0;
-    for (; !search.done(); ++trials) (void)search.take(unit_slope(11));
+    while (!search.done()) trials += !search.take(unit_slope(11));
     EXPECT_EQ(trials, 13) << "1e-3 * 8^13 is the first above 1e8";
     EXPECT_EQ(search.result().termination, Termination::converged);
 }
@@ -188,10 +184,11 @@ TEST(LevenbergMarquardt, SolvesAQuadraticInOneStepUpToTheDamping) {
     // Diagonal curvature, so that each direction is left by damping / (1 + damping) of its way, whatever its scale.
     const Eigen::Vector3d scale(1, 30, 0.02), way(3, -4, 12);
     for (const double damping : {1e-6, 0.25, 1.}) {
-        const auto f = [&](const Eigen::VectorXd& p) {
-            return LeastSquares::Value{scale.cwiseProduct(Eigen::Vector3d(p) - way), scale.asDiagonal()};
-        };
-        LeastSquares problem{f, Eigen::Vector3d::Zero()};
+        LeastSquares problem{
+            [&](const Eigen::VectorXd& p) {
+                return LeastSquares::Value{scale.cwiseProduct(Eigen::Vector3d(p) - way), scale.asDiagonal()};
+            },
+            Eigen::Vector3d::Zero()};
         (void)problem.solve({.initial_damping = damping, .max_iterations = 1});
         EXPECT_NEAR((problem.base - way / (1 + damping)).norm(), 0, 1e-12) << damping;
     }
@@ -283,7 +280,7 @@ TEST(LevenbergMarquardt, StopsAtTheCallersWishAfterTheStepThatWasTaken) {
 }
 
 TEST(LevenbergMarquardt, RefusesOptionsOutOfRangeNamingThem) {
-    const std::vector<std::pair<Options, const char*>> table = {
+    const std::vector<std::pair<LevenbergMarquardtOptions, const char*>> table = {
         {{.max_step = 0}, "max_step"},
         {{.max_step = kNotANumber}, "max_step"},
         {{.step_tolerance = 0}, "step_tolerance"},
@@ -293,8 +290,7 @@ TEST(LevenbergMarquardt, RefusesOptionsOutOfRangeNamingThem) {
         {{.initial_damping = 0}, "initial_damping"},
         {{.initial_damping = kNotANumber}, "initial_damping"},
         {{.max_iterations = 0}, "max_iterations"},
-        {{.max_iterations = 10001}, "max_iterations"},
-    };
+        {{.max_iterations = 10001}, "max_iterations"}};
     for (const auto& [options, name] : table) {
         EXPECT_THAT(test::error_of([&] { (void)unit_search(options); }), testing::StartsWith(name));
     }

@@ -13,6 +13,7 @@
 #include "raylign/targets.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tolerances.h"
 
 namespace raylign::detail {
 namespace {
@@ -48,7 +49,7 @@ TEST(GlobalSearch, FindsTheSpineWithoutAStart) {
     twist << 0.2, 0.2, -0.2, 40, -30, 35;
     const RegistrationResult found =
         c.run(exp(twist) * c.truth, {.search = {.mode = Search::global, .range_deg = 40, .starts = 4096}});
-    EXPECT_LT(c.mtre_mm(found.world_from_ct), 0.6);
+    EXPECT_LT(c.mtre_mm(found.world_from_ct), test::kFoundSpineMtre_mm);
     EXPECT_TRUE(found.ok) << (found.reasons.empty() ? "" : found.reasons.front());
     EXPECT_EQ(found.search.mode, Search::global);
     EXPECT_EQ(found.search.starts, 4096);
@@ -62,7 +63,7 @@ TEST(PartOfTheXray, OneVertebraIsFoundAmongTheOthers) {
     const RegistrationResult found = c.run(start);
     EXPECT_EQ(found.content, Content::part);
     EXPECT_FALSE(found.decisions.empty());
-    EXPECT_LT(c.mtre_mm(found.world_from_ct), 2);
+    EXPECT_LT(c.mtre_mm(found.world_from_ct), test::kVertebraMtre_mm);
     EXPECT_EQ(found.search.mode, Search::near);
     EXPECT_GT(found.search.starts, 1000);
 }
@@ -75,7 +76,7 @@ TEST(PartOfTheXray, AWideRangeIsSearchedToo) {
     const RigidTransform start = RigidTransform::translate({40, -35, 15}) * exp(away) * c.truth;
     const RegistrationOptions options{.content = Content::part, .search = {.mode = Search::near, .range_mm = 90}};
     const RegistrationResult found = c.run(start, options);
-    EXPECT_LT(c.mtre_mm(found.world_from_ct), 2);
+    EXPECT_LT(c.mtre_mm(found.world_from_ct), test::kVertebraMtre_mm);
     EXPECT_GT(found.search.starts, 1000000);
 }
 
@@ -136,6 +137,7 @@ TEST(RobustWeights, BringAResultCloserWhereMetalCrossesTheSpine) {
     EXPECT_EQ(plain.robust_rounds, 0);
     EXPECT_GT(robust.robust_rounds, 0);
     EXPECT_LT(c.mtre_mm(robust.world_from_ct), 0.6 * c.mtre_mm(plain.world_from_ct));
+    EXPECT_LT(c.mtre_mm(robust.world_from_ct), test::kSpineWithMetalMtre_mm) << "no less accurate than it was";
     // Finished with a fine filter, on a level of its own: the last one, which the last steps belong to.
     EXPECT_LT(robust.levels.back().filter.sigma_px, robust.levels.front().filter.sigma_px);
     EXPECT_EQ(robust.history.back().level, static_cast<int>(robust.levels.size()) - 1);

@@ -7,6 +7,7 @@
 #include "raylign/targets.h"
 #include "raylign/tracking.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tolerances.h"
 
 namespace raylign::detail {
 namespace {
@@ -39,8 +40,6 @@ struct MovingSpine {
     }
 };
 
-constexpr double kGood_mm = 1.5;  // voxels and pixels are 4 mm wide, and noisy
-
 std::string reasons(const TrackFrame& frame) {
     std::string all = std::to_string(frame.frame) + ":";
     for (const std::string& reason : frame.reasons) all += " " + reason + ";";
@@ -59,7 +58,7 @@ TEST(Track, FollowsAKnownPathAcrossABlankFrameAndAJump) {
         }
         const TrackFrame found = tracker.feed(frame, spine.xrays(frame));
         EXPECT_EQ(found.status, TrackStatus::ok) << reasons(found);
-        EXPECT_LT(spine.mtre_mm(found), kGood_mm) << frame;
+        EXPECT_LT(spine.mtre_mm(found), test::kTrackedFrameMtre_mm) << frame;
         EXPECT_EQ(found.searched != Search::none, frame == 9) << frame << ": only the jump is searched for";
         EXPECT_GT(found.expected_error_mm, 0);
         const bool is_predicted = frame > 2 && frame != 6 && frame != 9 && frame != 10;
@@ -97,7 +96,7 @@ TEST(Track, AFrameOfSomethingElseIsNotOk) {
     EXPECT_FALSE(wrong.reasons.empty());
     const TrackFrame next = tracker.feed(5, spine.xrays(5));
     EXPECT_EQ(next.status, TrackStatus::ok) << reasons(next);
-    EXPECT_LT(spine.mtre_mm(next), kGood_mm);
+    EXPECT_LT(spine.mtre_mm(next), test::kTrackedFrameMtre_mm);
 }
 
 TEST(Track, AFarStartIsSearchedFor) {
@@ -105,7 +104,7 @@ TEST(Track, AFarStartIsSearchedFor) {
     Tracker tracker(spine.volume, RigidTransform::translate({75, -40, 70}), {}, *spine.choice.backend);
     const TrackFrame found = tracker.feed(0, spine.xrays(0));
     EXPECT_NE(found.searched, Search::none);
-    EXPECT_LT(spine.mtre_mm(found), kGood_mm) << reasons(found);
+    EXPECT_LT(spine.mtre_mm(found), test::kTrackedFrameMtre_mm) << reasons(found);
 }
 
 TEST(Track, AGapBeforeTheFirstFrameLeavesItsSearch) {
@@ -144,7 +143,7 @@ TEST(Track, ALastingChangeOfTheImagesIsDoubtedButFollowed) {
         }
         const TrackFrame found = tracker.feed(frame, views);
         EXPECT_NE(found.status, TrackStatus::lost) << reasons(found);
-        EXPECT_LT(spine.mtre_mm(found), kGood_mm) << reasons(found);
+        EXPECT_LT(spine.mtre_mm(found), test::kTrackedFrameMtre_mm) << reasons(found);
         statuses.push_back(found.status);
     }
     EXPECT_EQ(statuses[3], TrackStatus::ok);

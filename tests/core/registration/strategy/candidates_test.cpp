@@ -8,6 +8,7 @@
 #include "raylign/backends.h"
 #include "raylign/targets.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tolerances.h"
 
 namespace raylign::detail {
 namespace {
@@ -114,7 +115,7 @@ TEST(BestOf, GivesTheLeastCostsInOrder) {
     s.session->evaluate(poses, costs);
     std::ranges::sort(costs);
     for (int i = 0; i < 5; ++i) EXPECT_EQ(best[i].cost, costs[i]);
-    EXPECT_LT(apart_mm(best[0].world_from_ct, s.truth, s.extent), 5);
+    EXPECT_LT(apart_mm(best[0].world_from_ct, s.truth, s.extent), test::kBestOfSample_mm);
 }
 
 }  // namespace

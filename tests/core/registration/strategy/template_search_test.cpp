@@ -7,6 +7,7 @@
 #include "core/registration/strategy/template_search.h"
 #include "raylign/backends.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tolerances.h"
 
 namespace raylign::detail {
 namespace {
@@ -45,7 +46,7 @@ TEST(TemplateSearch, PutsThePlaceFirstWhereTheOrientationIsRight) {
     TemplateCase c;
     const TemplateFits fits = c.search(c.away({0, 0, 0}, {9, -12, 6}), {.turn_rad = 0.01, .reach_mm = 20});
     ASSERT_FALSE(fits.best.empty());
-    EXPECT_LT(apart_mm(fits.best.front().world_from_ct, c.truth, c.extent), 1.5 * kPixel_mm);
+    EXPECT_LT(apart_mm(fits.best.front().world_from_ct, c.truth, c.extent), test::kTemplatePlace_mm);
     EXPECT_LT(fits.best.front().cost, 0.5);
     EXPECT_TRUE(std::ranges::is_sorted(fits.best, {}, &Candidate::cost));
     for (const Candidate& fit : fits.best) EXPECT_LE(fit.cost, 2);
@@ -58,7 +59,8 @@ TEST(TemplateSearch, FindsTurnAndPlaceTogether) {
     for (std::size_t i = 0; i < 20; ++i) {
         nearest_mm = std::min(nearest_mm, apart_mm(fits.best[i].world_from_ct, c.truth, c.extent));
     }
-    EXPECT_LT(nearest_mm, 6);  // 6.5 degrees at a rim of some 30 mm, half a pixel each way: a refinement's work
+    // 6.5 degrees at a rim of some 30 mm, half a pixel each way: a refinement's work.
+    EXPECT_LT(nearest_mm, test::kTemplateTurn_mm);
     EXPECT_GT(fits.tried, 100000);
 }
 
@@ -78,7 +80,7 @@ TEST(TemplateSearch, ReachesAllThatTheViewsSeeWithoutAReach) {
     for (std::size_t i = 0; i < 6; ++i) {
         nearest_mm = std::min(nearest_mm, apart_mm(fits.best[i].world_from_ct, c.truth, c.extent));
     }
-    EXPECT_LT(nearest_mm, 8);
+    EXPECT_LT(nearest_mm, test::kTemplateField_mm);
     for (const Candidate& fit : fits.best) {
         for (const View& view : c.views) EXPECT_TRUE(is_seen(view, fit.world_from_ct * c.extent.centre_ct_mm));
     }
@@ -140,7 +142,7 @@ TEST(TemplateSearch, ALatticeTooFineForMemoryIsMadeWiderAndCanBeStopped) {
     const TemplateFits fits = search([&](double share) { turns += share > 0; });
     EXPECT_GT(fits.tried, 100 * few.tried);
     EXPECT_LT(fits.tried, 4'000'000 * 16);
-    EXPECT_LT(apart_mm(fits.best.front().world_from_ct, c.truth, c.extent), 1.5 * kPixel_mm);
+    EXPECT_LT(apart_mm(fits.best.front().world_from_ct, c.truth, c.extent), test::kTemplateWideLattice_mm);
     int calls = 0;
     EXPECT_THROW((void)search([&](double) {
                      if (++calls == 3) throw Error("enough");
