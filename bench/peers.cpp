@@ -1,4 +1,4 @@
-// How much faster is the cpu engine than other DRR programs? Same volume, same rays, same number of threads, random
+// How much faster is the cpu backend than other DRR programs? Same volume, same rays, same number of threads, random
 // poses, all programs in turn on each pose, images compared on each pose.
 //
 // Usage: raylign_peers [volume=256] [pixels=256] [threads=2] [poses=21] [spread_deg=180] [rounds=3] [--json FILE]

@@ -1,4 +1,4 @@
-// What the cpu engine's work costs in units of one of its DRRs: derivatives, threads, projectors, storage, setup; and
+// What the cpu backend's work costs in units of one of its DRRs: derivatives, threads, projectors, storage, setup; and
 // how many cost evaluations a second it makes of small images. Things that are compared take turns, pose by pose, so
 // that a busy machine slows both; the ratio is the median over all pairs.
 //
@@ -116,10 +116,10 @@ Work all_of(const std::vector<RigidTransform>& poses, const Work& work) {
     };
 }
 
-class Engine {
+class TimedSession {
 public:
-    Engine(const BenchScene& scene, int threads, Projector projector = Projector::joseph,
-           const std::string& storage = "float32")
+    TimedSession(const BenchScene& scene, int threads, Projector projector = Projector::joseph,
+                 const std::string& storage = "float32")
         : session_(create_backend("cpu", {.cpu = {.threads = threads, .storage = storage_from_name(storage)}})
                        .backend->prepare({scene.volume, std::span(scene.views).first(1), {projector, {}}, {}})) {}
 
@@ -208,7 +208,7 @@ void print_small_batches(Record& record) {
 void run(int voxels, int pixels, int pose_count, int rounds, Record& record) {
     const BenchScene scene = make_scene(voxels, pixels);
     const auto poses = poses_all_around(pose_count);
-    const Engine two(scene, 2), one(scene, 1), trilinear(scene, 2, Projector::trilinear),
+    const TimedSession two(scene, 2), one(scene, 1), trilinear(scene, 2, Projector::trilinear),
         int16(scene, 2, Projector::joseph, "int16");
     const BackendInfo info = create_backend("cpu").backend->info();
     std::printf("%s, %s, spine phantom %d^3, %d^2 pixels, %d poses over all orientations, %d rounds, two threads\n\n",
@@ -250,7 +250,7 @@ void run(int voxels, int pixels, int pose_count, int rounds, Record& record) {
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
-        raylign::detail::bench::Record record(argc, argv, "Ratios of the cpu engine",
+        raylign::detail::bench::Record record(argc, argv, "Ratios of the cpu backend",
                                               {"one : other", "one [ms]", "other [ms]", "ratio, median"});
         raylign::detail::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3), record);
         return 0;

@@ -1,5 +1,5 @@
-// How much faster is one engine than another per DRR? Both render the same random poses in turn, in one run; the images
-// are compared first; the ratio is the median over rounds. Usage:
+// How much faster is one backend than another per DRR? Both render the same random poses in turn, in one run; the
+// images are compared first; the ratio is the median over rounds. Usage:
 //   raylign_speedup [fast=cpu] [slow=reference] [voxels=256] [pixels=256] [rounds=9] [--json FILE]
 
 #include <algorithm>
@@ -70,8 +70,8 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
     try {
-        raylign::detail::bench::Record record(argc, argv, "DRRs of two engines",
-                                              {"engine", "threads", "DRR, median [ms]", "times as fast"});
+        raylign::detail::bench::Record record(argc, argv, "DRRs of two backends",
+                                              {"backend", "threads", "DRR, median [ms]", "times as fast"});
         return raylign::detail::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256),
                                            number(4, 256), number(5, 9), record);
     } catch (const raylign::Error& error) {

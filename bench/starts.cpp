@@ -1,5 +1,5 @@
 // The main job in numbers: a real CT, simulated X-rays with photon noise, random starts of one initial error, several
-// engines. Usage:
+// backends. Usage:
 //   raylign_starts CT [initial_mtre_mm=8] [seeds=10] [pixels=256] [backends=cpu] [method=auto] [field_mm=400]
 //                  [photons=20000] [--json FILE]
 // backends: names with commas. `reference` is slow: give it 48 or 64 pixels. The X-rays are simulated from the CT

@@ -50,8 +50,8 @@ void apply_mask(Image& weights, const Image& mask, std::size_t view) {
     }
 }
 
-/// Source and volume at most so far apart: doubles still tell a millionth of a voxel there. From 2^53 steps on, engines
-/// could no longer count samples.
+/// Source and volume at most so far apart: doubles still tell a millionth of a voxel there. From 2^53 steps on,
+/// backends could no longer count samples.
 constexpr double kFarthestSource_voxels = 1e9;
 
 void check_source(const RayFrame& frame) {
@@ -192,7 +192,7 @@ std::vector<Image> Session::moving_channels(const RigidTransform& world_from_ct,
 
 std::vector<RayFrame> Session::frames_for(std::span<const RigidTransform> world_from_ct) const {
     for (std::size_t i = 0; i < world_from_ct.size(); ++i) {
-        // Engines turn NaN coordinates into plausible numbers (comparisons fail, clamps hold): stop them here.
+        // Backends turn NaN coordinates into plausible numbers (comparisons fail, clamps hold): stop them here.
         if (!is_finite(world_from_ct[i])) throw Error("pose " + std::to_string(i) + ": must be finite");
     }
     std::vector<RayFrame> frames = make_ray_frames(grid_, views_, world_from_ct);

@@ -23,7 +23,7 @@ void check_scene(const Scene& scene);
 void check_views(std::span<const View> views);
 void check_render(const RenderSettings& render, const VoxelGrid& grid);
 
-/// Throws Error for sizes, spacing, direction or voxels that no engine can work with. `where` names the file.
+/// Throws Error for sizes, spacing, direction or voxels that no backend can work with. `where` names the file.
 void check_volume(const Volume& volume, std::string_view where);
 
 }  // namespace raylign::detail

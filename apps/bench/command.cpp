@@ -32,18 +32,18 @@ std::vector<std::string> names_of(const BenchFlags& flags) {
     return names;
 }
 
-void make_engines(const BenchFlags& flags, BenchRun& run) {
+void make_backends(const BenchFlags& flags, BenchRun& run) {
     for (const std::string& name : names_of(flags)) {
         BackendFlags one = flags.backend;
         one.name = name;
         try {
-            run.engines.push_back({name, choose_backend(one).backend});
+            run.backends.push_back({name, choose_backend(one).backend});
         } catch (const Error& error) {
             if (!flags.backend.name.empty()) throw;
             run.left_out.push_back({name, error.what()});
         }
     }
-    if (run.engines.empty()) throw Error("no backend can run here, see `raylign info`", ErrorKind::unavailable);
+    if (run.backends.empty()) throw Error("no backend can run here, see `raylign info`", ErrorKind::unavailable);
 }
 
 /// 1, 2, 4, ... up to `most`, and `most` itself.
@@ -74,15 +74,15 @@ public:
 
 private:
     void point(const std::string& what, int x, const std::string& unit, const BenchScene& scene, int batch) {
-        for (const BenchEngine& engine : run_.engines) {
+        for (const BenchBackend& backend : run_.backends) {
             stop_if_interrupted();
-            bar_.draw("scaling with " + what + ": " + std::to_string(x) + " " + unit + ", " + engine.name);
+            bar_.draw("scaling with " + what + ": " + std::to_string(x) + " " + unit + ", " + backend.name);
             run_.scaling.push_back(
-                {what, x, unit, engine.name, time_poses(scene, *engine.backend, batch, flags_.repeats)});
+                {what, x, unit, backend.name, time_poses(scene, *backend.backend, batch, flags_.repeats)});
         }
     }
     void threads(const BenchScene& scene) {
-        const bool has_cpu = std::ranges::find(run_.engines, "cpu", &BenchEngine::name) != run_.engines.end();
+        const bool has_cpu = std::ranges::find(run_.backends, "cpu", &BenchBackend::name) != run_.backends.end();
         const int cores = this_machine().cores;
         if (!has_cpu || cores < 2) return;
         for (const int count : doublings(1, cores)) {
@@ -119,7 +119,7 @@ int run_bench(const BenchFlags& flags, const Invocation& invocation) {
     std::vector<Method> methods;
     for (const std::string& name : parse_list(flags.method, "--method")) methods.push_back(method_from_name(name));
     BenchRun run{.invocation = invocation, .repeats = flags.repeats, .pixels = flags.pixels};
-    make_engines(flags, run);
+    make_backends(flags, run);
     BenchScene scene;
     if (flags.volume.file.empty()) {
         scene = phantom_scene(flags.size, flags.pixels, 2);
@@ -132,12 +132,12 @@ int run_bench(const BenchFlags& flags, const Invocation& invocation) {
     bool all_ok = true;
     {
         ProgressBar bar(flags.output);
-        for (const BenchEngine& engine : run.engines) {
+        for (const BenchBackend& backend : run.backends) {
             for (const Method method : methods) {
                 stop_if_interrupted();
-                bar.draw("registration by " + engine.name + ", " + std::string(method_name(method)));
-                const int repeats = engine.name == "reference" ? 1 : flags.repeats;
-                run.registrations.push_back(time_registration(scene, *engine.backend, method, repeats));
+                bar.draw("registration by " + backend.name + ", " + std::string(method_name(method)));
+                const int repeats = backend.name == "reference" ? 1 : flags.repeats;
+                run.registrations.push_back(time_registration(scene, *backend.backend, method, repeats));
                 all_ok = all_ok && run.registrations.back().ok;
             }
         }

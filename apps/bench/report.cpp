@@ -73,14 +73,15 @@ std::string bench_json(const BenchRun& run, const BenchScene& scene) {
         report["left_out"].push_back({{"backend", other.name}, {"reason", other.reason}});
     }
     report["backends"] = Json::array();
-    for (const BenchEngine& engine : run.engines) report["backends"].push_back(backend_json(engine.backend->info()));
+    for (const BenchBackend& backend : run.backends)
+        report["backends"].push_back(backend_json(backend.backend->info()));
     report["machine"] = machine_json();
     report["inputs"] = inputs_json(run.files);
     return indented(report);
 }
 
 std::string bench_table(const BenchRun& run) {
-    std::string text = format("%-12s %-17s %8s %8s %8s %8s %8s %6s %8s %10s %9s\n", "engine", "method", "DRR s",
+    std::string text = format("%-12s %-17s %8s %8s %8s %8s %8s %6s %8s %10s %9s\n", "backend", "method", "DRR s",
                               "grad. s", "NCC s", "transf.s", "step ms", "steps", "total s", "read back", "mTRE mm");
     for (const BenchRegistration& r : run.registrations) {
         text += format("%-12s %-17s %8.3f %8.3f %8.3f %8.3f %8.2f %6d %8.3f %10lld %9.4f%s\n", r.backend.c_str(),

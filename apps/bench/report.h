@@ -11,8 +11,8 @@
 
 namespace raylign::detail::apps {
 
-/// An engine by the name that it was asked for.
-struct BenchEngine {
+/// A backend by the name that it was asked for.
+struct BenchBackend {
     std::string name;
     std::unique_ptr<Backend> backend;
 };
@@ -29,7 +29,7 @@ struct BenchScaling {
 struct BenchRun {
     const Invocation& invocation;
     int repeats = 0, pixels = 0;
-    std::vector<BenchEngine> engines = {};
+    std::vector<BenchBackend> backends = {};
     std::vector<LeftOut> left_out = {};
     std::vector<BenchRegistration> registrations = {};
     std::vector<BenchScaling> scaling = {};

@@ -75,24 +75,24 @@ CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
     return inputs;
 }
 
-std::vector<PageOverlay> pictures(const CompareInputs& inputs, const std::vector<NamedBackend>& engines,
+std::vector<PageOverlay> pictures(const CompareInputs& inputs, const std::vector<NamedBackend>& backends,
                                   const CompareRun& run, const std::filesystem::path& scratch) {
     std::vector<PageOverlay> overlays;
     for (const View& view : inputs.views) {
         overlays.push_back({view.name, page_layer("X-ray", view.image, view.weights, scratch), {}});
     }
-    for (const NamedBackend& engine : engines) {
+    for (const NamedBackend& backend : backends) {
         stop_if_interrupted();
-        const auto session = engine.backend->prepare({inputs.volume, inputs.views, run.options.render, {}});
+        const auto session = backend.backend->prepare({inputs.volume, inputs.views, run.options.render, {}});
         for (std::size_t v = 0; v < inputs.views.size(); ++v) {
-            overlays[v].layers.push_back(page_layer("DRR by " + engine.name, session->render(inputs.world_from_ct, v),
+            overlays[v].layers.push_back(page_layer("DRR by " + backend.name, session->render(inputs.world_from_ct, v),
                                                     inputs.views[v].weights, scratch));
         }
     }
     return overlays;
 }
 
-Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<NamedBackend>& engines,
+Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<NamedBackend>& backends,
                                  CompareOptions options, const OutputFlags& output) {
     ProgressBar bar(output);
     options.progress = [&bar](const std::string& stage, double fraction) {
@@ -100,7 +100,7 @@ Comparison compare_with_progress(const CompareInputs& inputs, const std::vector<
     };
     options.stop = interrupt_token();
     Comparison comparison =
-        compare_backends(inputs.volume, inputs.views, inputs.world_from_ct, inputs.targets, engines, options);
+        compare_backends(inputs.volume, inputs.views, inputs.world_from_ct, inputs.targets, backends, options);
     stop_if_interrupted();
     return comparison;
 }
@@ -118,22 +118,22 @@ int run_compare(const CompareFlags& flags, const Invocation& invocation) {
     run.options.method = method_from_name(flags.method);
     run.options.similarity.metric = metric_from_name(flags.metric);
     run.options.render = render_settings(flags.backend);
-    std::vector<std::unique_ptr<Backend>> backends;
-    std::vector<NamedBackend> engines;
+    std::vector<std::unique_ptr<Backend>> owned;
+    std::vector<NamedBackend> backends;
     for (const std::string& name : names_of(flags)) {
         BackendFlags one = flags.backend;
         one.name = name;
-        backends.push_back(choose_backend(one).backend);
-        run.backends.push_back(backends.back()->info());
-        engines.push_back({run.backends.back().name, backends.back().get()});
+        owned.push_back(choose_backend(one).backend);
+        run.backends.push_back(owned.back()->info());
+        backends.push_back({run.backends.back().name, owned.back().get()});
     }
     const CompareInputs inputs = read_inputs(flags, run);
     OutputFolder folder(flags.output.folder);
-    run.comparison = compare_with_progress(inputs, engines, run.options, flags.output);
+    run.comparison = compare_with_progress(inputs, backends, run.options, flags.output);
     const std::string json = compare_json(run);
     write_text(folder.stage("compare.json"), json);
     const std::filesystem::path page = folder.stage("compare.html");
-    write_text(page, report_page("compare", json, pictures(inputs, engines, run, page.parent_path())));
+    write_text(page, report_page("compare", json, pictures(inputs, backends, run, page.parent_path())));
     stop_if_interrupted();
     folder.commit();
     if (flags.output.json) {
@@ -178,7 +178,7 @@ void add_compare_flags(CLI::App& command, CompareFlags& flags) {
 void add_compare_command(CLI::App& app, Job& job) {
     const auto flags = std::make_shared<CompareFlags>();
     flags->backend.name.clear();
-    CLI::App& command = *app.add_subcommand("compare", "Check that engines agree, on your CT and views");
+    CLI::App& command = *app.add_subcommand("compare", "Check that backends agree, on your CT and views");
     add_volume_flags(command, flags->volume);
     describe(
         command.add_option("--views", flags->views, "views.json; views without an image are simulated")->required(),

@@ -9,7 +9,7 @@
 namespace raylign::detail::apps {
 namespace {
 
-/// JSON has no infinity: an engine that cannot do a thing is infinitely far from one that can.
+/// JSON has no infinity: a backend that cannot do a thing is infinitely far from one that can.
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json rows_json(const Comparison& comparison) {
@@ -88,7 +88,7 @@ std::string compare_json(const CompareRun& run) {
 }
 
 std::string compare_table(const CompareRun& run) {
-    std::string text = format("%-10s %-52s %10s %10s  %s\n", "engine", "quantity", "largest", "allowed", "");
+    std::string text = format("%-10s %-52s %10s %10s  %s\n", "backend", "quantity", "largest", "allowed", "");
     std::size_t wrong = 0;
     for (const CompareRow& row : run.comparison.rows) {
         const std::string quantity = row.quantity + (row.unit.empty() ? "" : " [" + row.unit + "]");

@@ -14,10 +14,10 @@ Json backend(const RegisterRun& run) {
 }
 
 Json times(const RegisterRun& run) {
-    const SessionTiming& engine = run.result.timing;
-    return {{"total", run.total_s},          {"load", run.inputs.load_s},          {"prepare", engine.prepare_s},
-            {"drr", engine.drr_s},           {"gradient", engine.gradient_s},      {"reduction", engine.reduction_s},
-            {"transfer", engine.transfer_s}, {"optimizer", run.result.optimizer_s}};
+    const SessionTiming& backend = run.result.timing;
+    return {{"total", run.total_s},           {"load", run.inputs.load_s},          {"prepare", backend.prepare_s},
+            {"drr", backend.drr_s},           {"gradient", backend.gradient_s},     {"reduction", backend.reduction_s},
+            {"transfer", backend.transfer_s}, {"optimizer", run.result.optimizer_s}};
 }
 
 Json levels(const RegistrationResult& result) {
@@ -65,15 +65,15 @@ Json view_costs(const RegisterRun& run) {
 }
 
 Json memory(const RegisterRun& run) {
-    std::size_t engine_bytes = 0;
+    std::size_t backend_bytes = 0;
     std::string layout;
     for (const LevelReport& level : run.result.levels) {
-        if (level.volume_bytes < engine_bytes) continue;
-        engine_bytes = level.volume_bytes;
+        if (level.volume_bytes < backend_bytes) continue;
+        backend_bytes = level.volume_bytes;
         layout = level.volume_layout;
     }
     return {{"host_volume_bytes", run.inputs.volume.attenuation_per_mm.size() * sizeof(float)},
-            {"engine_volume_bytes", engine_bytes},
+            {"engine_volume_bytes", backend_bytes},
             {"engine_volume_layout", layout}};
 }
 

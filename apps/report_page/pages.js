@@ -34,7 +34,7 @@ function registerPage({ report, images }) {
   section("Views", null, table([{ name: "View", key: "name", text: true, show: String }, { name: "Cost", key: "cost", show: (v) => number(v, 4) }], report.views));
   const rows = report.world_from_ct.map((r, i) => ({ i, r }));
   section("Pose", "world_from_ct: maps points of the CT (LPS, mm) to the world of the views.", table([0, 1, 2, 3].map((c) => ({ name: c < 3 ? "xyz"[c] : "mm", value: (row) => row.r[c], show: (v) => v.toFixed(c < 3 ? 6 : 3) })), rows));
-  manifest(report, [["engine", backendText(report.backend)], ["method", report.method + (report.method_reason ? ` (${report.method_reason})` : "")], ["metric", report.metric], ["projector", report.projector]]);
+  manifest(report, [["backend", backendText(report.backend)], ["method", report.method + (report.method_reason ? ` (${report.method_reason})` : "")], ["metric", report.metric], ["projector", report.projector]]);
 }
 
 const PERCENTILES = ["p50", "p75", "p95", "p99", "max"];
@@ -86,10 +86,10 @@ function studyPage({ report, trials, images }) {
     { name: "mTRE p50 mm", value: (p) => p.mtre_mm.p50 }, { name: "p95 mm", value: (p) => p.mtre_mm.p95 }, { name: "mRPD p50 mm", value: (p) => p.mrpd_mm.p50 }, { name: "p95 mm", value: (p) => p.mrpd_mm.p95 },
     { name: "time p50", value: (p) => p.time_s.p50, show: seconds }], points, (p) => p.successes < p.trials));
   if (report.agreement.length) {
-    section("Engines against each other", "Final poses from the same starts.", table([{ name: "First", key: "first", text: true, show: String }, { name: "Second", key: "second", text: true, show: String },
+    section("Backends against each other", "Final poses from the same starts.", table([{ name: "First", key: "first", text: true, show: String }, { name: "Second", key: "second", text: true, show: String },
       { name: "Trials", key: "trials" }, ...percentileColumns("poses_apart_mm", "apart", "mm"), { name: "One succeeds, other fails", key: "one_succeeds_other_fails" }], report.agreement));
   }
-  if (report.left_out.length) section("Left out", null, table([{ name: "Engine", key: "backend", text: true, show: String }, { name: "Why", key: "reason", text: true, long: true, show: String }], report.left_out));
+  if (report.left_out.length) section("Left out", null, table([{ name: "Backend", key: "backend", text: true, show: String }, { name: "Why", key: "reason", text: true, long: true, show: String }], report.left_out));
   const failed = trials.filter((t) => !t.success || !t.verdict_ok).sort((a, b) => b.final_mtre_mm - a.final_mtre_mm).slice(0, 100);
   if (failed.length) {
     section("Failed and doubted trials", `The ${failed.length} worst. Run one alone: add --trial NUMBER to the command below.`, table([{ name: "Trial", key: "trial" }, { name: "Case", value: (t) => cases[t.case].label, text: true, show: String },
@@ -98,32 +98,32 @@ function studyPage({ report, trials, images }) {
   }
   const last = report.runs[report.runs.length - 1] ?? {};
   manifest({ ...report, machine: last }, [["runs", report.runs.length], ["processes of the last run", last.processes], ["targets", report.targets],
-    ...report.backends.map((b) => ["engine", backendText(b)]), ...Object.entries(settings).filter(([k]) => k !== "seed").map(([k, v]) => [k.replaceAll("_", " "), v === "" ? null : v])]);
+    ...report.backends.map((b) => ["backend", backendText(b)]), ...Object.entries(settings).filter(([k]) => k !== "seed").map(([k, v]) => [k.replaceAll("_", " "), v === "" ? null : v])]);
 }
 
 function comparePage({ report, images }) {
   const bad = report.rows.filter((r) => !r.agrees);
-  const engines = report.backends.map((b) => b.name);
-  heading("Engines compared", `${engines.slice(1).join(", ")} against ${engines[0]}`);
+  const backends = report.backends.map((b) => b.name);
+  heading("Backends compared", `${backends.slice(1).join(", ")} against ${backends[0]}`);
   verdict(report.agrees, report.agrees ? `All ${report.rows.length} comparisons agree` : `${bad.length} of ${report.rows.length} comparisons disagree`,
     bad.slice(0, 6).map((r) => `${r.other}: ${r.quantity}: ${number(r.value)} ${r.unit} (allowed ${number(r.tolerance)}) ${r.where}`),
-    engines.slice(1).map((name) => [name, `${report.rows.filter((r) => r.other === name && r.agrees).length} of ${report.rows.filter((r) => r.other === name).length} agree`]));
-  section("Comparisons", "Largest difference to the oracle, what is allowed, and why.", table([{ name: "Engine", key: "other", text: true, show: String }, { name: "Quantity", value: (r) => r.quantity + (r.unit ? `, ${r.unit}` : ""), text: true, long: true, show: String },
+    backends.slice(1).map((name) => [name, `${report.rows.filter((r) => r.other === name && r.agrees).length} of ${report.rows.filter((r) => r.other === name).length} agree`]));
+  section("Comparisons", "Largest difference to the oracle, what is allowed, and why.", table([{ name: "Backend", key: "other", text: true, show: String }, { name: "Quantity", value: (r) => r.quantity + (r.unit ? `, ${r.unit}` : ""), text: true, long: true, show: String },
     { name: "Largest", key: "value", show: (v) => (v === null ? "∞" : number(v)) }, { name: "RMS", key: "rms", show: (v) => (v ? number(v) : "–") }, { name: "Allowed", key: "tolerance" },
     { name: "Agrees", key: "agrees", text: true, show: (v) => (v ? "yes" : "NO") }, { name: "Where", key: "where", text: true, long: true, show: String }, { name: "Why so much is allowed", key: "reason", text: true, long: true, show: String }], report.rows, (r) => !r.agrees));
-  if (images.length) section("X-ray and DRRs", "Left of the slider the X-ray, right of it each engine's DRR at the given pose.", overlays(images));
-  const legend = engines.map((label, i) => ({ label, i }));
+  if (images.length) section("X-ray and DRRs", "Left of the slider the X-ray, right of it each backend's DRR at the given pose.", overlays(images));
+  const legend = backends.map((label, i) => ({ label, i }));
   const parameters = [...new Set(report.sweeps.map((s) => s.parameter))];
   section("Sweeps", "Cost along each pose parameter, from the given pose. The valleys must lie at one place.", charts(() => parameters.map((parameter) => {
     const curves = report.sweeps.filter((s) => s.parameter === parameter);
-    const dots = curves.flatMap((s) => s.offsets.map((x, k) => ({ x, y: s.costs[k], i: engines.indexOf(s.backend) })));
+    const dots = curves.flatMap((s) => s.offsets.map((x, k) => ({ x, y: s.costs[k], i: backends.indexOf(s.backend) })));
     return chart((curves[0].unit === "mm" ? "along " : "") + parameter, null, { height: 240, x: { label: curves[0].unit }, y: { label: "cost", grid: true },
-      marks: [...engines.map((name, i) => Plot.line(dots.filter((d) => d.i === i), { x: "x", y: "y", stroke: colour(i), strokeDasharray: dash(i), strokeWidth: i ? 2 : 3 })),
-        Plot.ruleX(curves.filter((s) => s.minimum != null), { x: "minimum", stroke: (s) => colour(engines.indexOf(s.backend)), strokeOpacity: 0.6 })] }, legend);
-  })), table([{ name: "Parameter", key: "parameter", text: true, show: String }, { name: "Engine", key: "backend", text: true, show: String }, { name: "Minimum at", key: "minimum", show: (v) => number(v, 5) }, { name: "", key: "unit", text: true, show: String }], report.sweeps));
-  if (report.registrations.length) section("Registrations from the same starts", null, table([{ name: "Start", key: "start" }, { name: "Engine", key: "backend", text: true, show: String },
+      marks: [...backends.map((name, i) => Plot.line(dots.filter((d) => d.i === i), { x: "x", y: "y", stroke: colour(i), strokeDasharray: dash(i), strokeWidth: i ? 2 : 3 })),
+        Plot.ruleX(curves.filter((s) => s.minimum != null), { x: "minimum", stroke: (s) => colour(backends.indexOf(s.backend)), strokeOpacity: 0.6 })] }, legend);
+  })), table([{ name: "Parameter", key: "parameter", text: true, show: String }, { name: "Backend", key: "backend", text: true, show: String }, { name: "Minimum at", key: "minimum", show: (v) => number(v, 5) }, { name: "", key: "unit", text: true, show: String }], report.sweeps));
+  if (report.registrations.length) section("Registrations from the same starts", null, table([{ name: "Start", key: "start" }, { name: "Backend", key: "backend", text: true, show: String },
     { name: "mTRE to the oracle's result mm", key: "mtre_to_oracle_mm" }, { name: "to the given pose mm", key: "mtre_to_given_mm" }, { name: "Cost", key: "cost", show: (v) => number(v, 5) }, { name: "Iterations", key: "iterations" }, { name: "Time", key: "time_s", show: seconds }], report.registrations));
-  manifest(report, report.backends.map((b) => ["engine " + b.name, backendText(b)]));
+  manifest(report, report.backends.map((b) => ["backend " + b.name, backendText(b)]));
 }
 
 function benchPage({ report }) {
@@ -133,25 +133,25 @@ function benchPage({ report }) {
   verdict(runs.every((r) => r.ok), fastest ? `Fastest registration: ${seconds(fastest.total_s)} (${fastest.backend}, ${fastest.method})` : "No registration found the pose",
     runs.filter((r) => !r.ok).map((r) => `${r.backend}, ${r.method}: ${r.problem}`), runs.filter((r) => r.ok).map((r) => [`${r.backend}, ${r.method}`, seconds(r.total_s)]));
   const cell = (key) => ({ value: (r) => r.time_s[key], show: seconds });
-  section("One registration, stage by stage", "The rows of Table 2 of Ino et al. 2006, for every engine of this machine; medians of the repetitions. An engine that does two stages in one pass counts them under the first.", charts(() => [
+  section("One registration, stage by stage", "The rows of Table 2 of Ino et al. 2006, for every backend of this machine; medians of the repetitions. A backend that does two stages in one pass counts them under the first.", charts(() => [
     stageBars("Time of a registration", null, runs.map((r) => ({ label: `${r.backend}, ${r.method}`, times: r.time_s })))]),
-    table([{ name: "Engine", key: "backend", text: true, show: String }, { name: "Method", key: "method", text: true, show: String }, { name: "DRR", ...cell("drr") }, { name: "Gradient", ...cell("gradient") }, { name: "NCC reduction", ...cell("reduction") },
+    table([{ name: "Backend", key: "backend", text: true, show: String }, { name: "Method", key: "method", text: true, show: String }, { name: "DRR", ...cell("drr") }, { name: "Gradient", ...cell("gradient") }, { name: "NCC reduction", ...cell("reduction") },
       { name: "Transfer", ...cell("transfer") }, { name: "Prepare", ...cell("prepare") }, { name: "Optimizer, rest", ...cell("optimizer") }, { name: "A step", key: "step_s", show: seconds }, { name: "Steps", key: "iterations" }, { name: "Total", key: "total_s", show: seconds },
-      { name: "Evaluations", key: "evaluations" }, { name: "Linearizations", key: "linearizations" }, { name: "Read back bytes", key: "bytes_to_host" }, { name: "Engine's volume", key: "engine_volume_bytes", show: megabytes },
+      { name: "Evaluations", key: "evaluations" }, { name: "Linearizations", key: "linearizations" }, { name: "Read back bytes", key: "bytes_to_host" }, { name: "Backend's volume", key: "engine_volume_bytes", show: megabytes },
       { name: "mTRE before mm", key: "initial_mtre_mm" }, { name: "after mm", key: "final_mtre_mm" }], runs, (r) => !r.ok));
   const paper = report.paper;
   section("What the paper reports", paper.note, table([{ name: "Totals as printed", key: "series", text: true, show: String }, ...paper.totals[0].values.map((_, i) => ({ name: String(i + 1), value: (r) => r.values[i], text: true, show: String }))], paper.totals), el("p", { class: "note" }, paper.source));
   const kinds = [...new Set(report.scaling.map((s) => s.what))];
-  const engines = [...new Set(report.scaling.map((s) => s.backend))];
-  const legend = engines.map((label, i) => ({ label, i }));
+  const backends = [...new Set(report.scaling.map((s) => s.backend))];
+  const legend = backends.map((label, i) => ({ label, i }));
   section("Scaling", "Time of one pose, all views, cost only (evaluate); the line of one quantity holds the others.", charts(() => kinds.map((what) => {
     const rows = report.scaling.filter((s) => s.what === what);
-    return chart(what, null, { x: { label: rows[0].unit, ...(rows.length > engines.length ? { type: "log" } : {}), ticks: [...new Set(rows.map((r) => r.x))], tickFormat: "~d" }, y: { label: "ms a pose", ...spanAxis(rows.map((r) => r.pose_ms)) },
-      marks: [...engines.map((name, i) => Plot.line(rows.filter((r) => r.backend === name), { x: "x", y: "pose_ms", stroke: colour(i), strokeDasharray: dash(i), strokeWidth: 2 })), Plot.dot(rows, { x: "x", y: "pose_ms", fill: (r) => colour(engines.indexOf(r.backend)), r: 3, title: (r) => `${r.backend}, ${r.x} ${r.unit}: ${number(r.pose_ms)} ms` })] }, legend);
-  })), table([{ name: "Against", key: "what", text: true, show: String }, { name: "", key: "x" }, { name: "", key: "unit", text: true, show: String }, { name: "Engine", key: "backend", text: true, show: String }, { name: "ms a pose", key: "pose_ms" }, { name: "spread ms", key: "spread_ms" },
-    { name: "poses/s", value: (r) => 1000 / r.pose_ms }, { name: "M rays/s", value: (r) => r.rays / r.pose_ms / 1000 }, { name: "Engine's volume", key: "engine_volume_bytes", show: megabytes }], report.scaling));
-  manifest(report, [["most memory of the process", megabytes(report.peak_memory_bytes)], ...report.backends.map((b) => ["engine", backendText(b)])]);
-  if (report.left_out.length) section("Left out", null, table([{ name: "Engine", key: "backend", text: true, show: String }, { name: "Why", key: "reason", text: true, long: true, show: String }], report.left_out));
+    return chart(what, null, { x: { label: rows[0].unit, ...(rows.length > backends.length ? { type: "log" } : {}), ticks: [...new Set(rows.map((r) => r.x))], tickFormat: "~d" }, y: { label: "ms a pose", ...spanAxis(rows.map((r) => r.pose_ms)) },
+      marks: [...backends.map((name, i) => Plot.line(rows.filter((r) => r.backend === name), { x: "x", y: "pose_ms", stroke: colour(i), strokeDasharray: dash(i), strokeWidth: 2 })), Plot.dot(rows, { x: "x", y: "pose_ms", fill: (r) => colour(backends.indexOf(r.backend)), r: 3, title: (r) => `${r.backend}, ${r.x} ${r.unit}: ${number(r.pose_ms)} ms` })] }, legend);
+  })), table([{ name: "Against", key: "what", text: true, show: String }, { name: "", key: "x" }, { name: "", key: "unit", text: true, show: String }, { name: "Backend", key: "backend", text: true, show: String }, { name: "ms a pose", key: "pose_ms" }, { name: "spread ms", key: "spread_ms" },
+    { name: "poses/s", value: (r) => 1000 / r.pose_ms }, { name: "M rays/s", value: (r) => r.rays / r.pose_ms / 1000 }, { name: "Backend's volume", key: "engine_volume_bytes", show: megabytes }], report.scaling));
+  manifest(report, [["most memory of the process", megabytes(report.peak_memory_bytes)], ...report.backends.map((b) => ["backend", backendText(b)])]);
+  if (report.left_out.length) section("Left out", null, table([{ name: "Backend", key: "backend", text: true, show: String }, { name: "Why", key: "reason", text: true, long: true, show: String }], report.left_out));
 }
 
 function trackPage({ report, images }) {
@@ -187,7 +187,7 @@ function trackPage({ report, images }) {
   section("Objects", null, table([{ name: "Object", key: "name", text: true, show: String }, ...["ok", "doubtful", "lost", "missing"].map((s) => ({ name: s, value: (o) => o.frames_by_status[s] })), { name: "Searched", key: "searched" }, { name: "Recovered", key: "recovered" },
     { name: "Cost p50", value: (o) => o.cost?.p50 }, { name: "max", value: (o) => o.cost?.max }, { name: "Expected error p50 mm", value: (o) => o.expected_error_mm?.p50 }, { name: "p95 mm", value: (o) => o.expected_error_mm?.p95 },
     { name: "A frame, p50", value: (o) => o.time_s?.p50, show: seconds }, { name: "max", value: (o) => o.time_s?.max, show: seconds }], report.objects));
-  manifest(report, [["engine", backendText(report.backend)], ["widest search", report.recover], ["time", seconds(report.time_s.total)], ["reading frames", seconds(report.time_s.read_frames)], ["registering", seconds(report.time_s.track)]]);
+  manifest(report, [["backend", backendText(report.backend)], ["widest search", report.recover], ["time", seconds(report.time_s.total)], ["reading frames", seconds(report.time_s.read_frames)], ["registering", seconds(report.time_s.track)]]);
 }
 
 ({ register: registerPage, study: studyPage, compare: comparePage, bench: benchPage, track: trackPage })[data.kind](data);

@@ -154,7 +154,7 @@ void add_backend_flags(CLI::App& command, BackendFlags& flags) {
     describe(command.add_option("--threads", flags.threads, "Threads of the cpu backend; default 0: all cores"), "N",
              kBackendGroup);
     describe(command.add_option("--storage", flags.storage,
-                                "Voxels of the engine: float32, int16 (half the memory) or auto;\n"
+                                "Voxels of the backend: float32, int16 (half the memory) or auto;\n"
                                 "default auto: int16 on gl, float32 on cpu as long as it fits"),
              "NAME", kBackendGroup);
     describe(command.add_option("--interpolation", flags.interpolation,

@@ -28,10 +28,10 @@ struct VolumeFlags {
 };
 
 struct BackendFlags {
-    std::string name = "auto";  ///< of several engines in turn: a list with commas, or "" = as the command says
+    std::string name = "auto";  ///< of several backends in turn: a list with commas, or "" = as the command says
     std::string device;
     int threads = 0;                          ///< 0 = all cores
-    std::string storage;                      ///< float32 or int16; "" = the engine's own choice
+    std::string storage;                      ///< float32 or int16; "" = the backend's own choice
     std::string interpolation;                ///< gl: hardware or exact; "" = hardware
     bool crop = false;                        ///< gl: keep only the box around the object
     std::string slices, reduction, readback;  ///< gl-2006: baselines of the paper; "" = its own way

@@ -54,7 +54,7 @@ void check_word(std::string_view option, const std::string& word, std::initializ
     throw bad_value(option, word, joined(known, " or "));
 }
 
-/// Options of the OpenGL engines.
+/// Options of the OpenGL backends.
 void settle_gl(const BackendFlags& flags) {
     check_word("--storage", flags.storage, {"auto", "float32", "int16"});
     check_word("--interpolation", flags.interpolation, {"hardware", "exact"});

@@ -14,7 +14,7 @@ struct SimulatedViews {
 
 /// Gives views without an image the X-ray of the volume at the true pose, without noise: by another projector than the
 /// one that registers (trilinear with steps of 0.4 voxels, or joseph), on the full grid, so that the match is not exact
-/// by construction. By the cpu engine where this build has it: the same images whatever is studied.
+/// by construction. By the cpu backend where this build has it: the same images whatever is studied.
 [[nodiscard]] SimulatedViews simulate_missing_images(const Volume& volume, std::vector<View>& views,
                                                      const RigidTransform& true_world_from_ct, Projector registers_by);
 

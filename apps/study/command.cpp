@@ -48,7 +48,7 @@ int agreed_exit_code(Ranks& ranks, const Readiness& own) {
             return std::stoi(codes[r]);
         }
         if (configs[r] != configs[0]) {
-            tell(r, "sees other inputs, options or engines than rank 0 (another processor or file?)");
+            tell(r, "sees other inputs, options or backends than rank 0 (another processor or file?)");
             return exit_code_of(ErrorKind::input);
         }
     }

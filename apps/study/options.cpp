@@ -56,8 +56,8 @@ std::vector<std::string> usable_backends(const StudyOptions& options, std::vecto
         settle_conflicts(flags);
         try {
             if (options.backends_of_preset) need_hardware(name, flags);
-            const std::string engine = choose_backend(flags).backend->info().name;
-            usable.push_back(name == "auto" ? engine : name);
+            const std::string backend = choose_backend(flags).backend->info().name;
+            usable.push_back(name == "auto" ? backend : name);
         } catch (const Error& error) {
             if (!options.backends_of_preset) throw;
             left_out.push_back({name, error.what()});

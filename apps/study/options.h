@@ -24,7 +24,7 @@ struct StudyOptions {
     std::vector<std::string> view_sets;  ///< each names with commas; none = the preset's, or all views together
     double noise_photons = 0;            ///< of simulated X-rays; 0 = no noise
     long long trial = -1;                ///< run this one alone; -1 = the study
-    bool backends_of_preset = false;     ///< set by settled(): engines that cannot run here are left out
+    bool backends_of_preset = false;     ///< set by settled(): backends that cannot run here are left out
 };
 
 /// One thing studied. Every case begins at the same starts.

@@ -143,7 +143,7 @@ std::string study_config(const Study& study) {
     for (std::size_t c = 0; c < study.cases.size(); ++c) {
         const BackendInfo info = study.backends[c]->info();
         Json of_case = json_of(study.cases[c]);
-        // Engines give the same bits on every processor that runs the same instructions.
+        // Backends give the same bits on every processor that runs the same instructions.
         of_case["kernels"] = info.instruction_set.empty() ? info.device : info.instruction_set;
         config["cases"].push_back(of_case);
     }

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-// What the kernels and the rest of the engine hand each other: plain structs, no functions. This header is compiled
+// What the kernels and the rest of the backend hand each other: plain structs, no functions. This header is compiled
 // once per instruction set, so anything with code in it would become a weak symbol that the linker may take from the
 // AVX-512 file.
 namespace raylign::detail::cpu {

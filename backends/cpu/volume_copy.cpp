@@ -109,7 +109,8 @@ VolumeCopy::VolumeCopy(const VoxelSource& source, const BrickMap& map, const Mem
     const std::ptrdiff_t planes =
         std::ptrdiff_t{end_[order.slow]} - begin_[order.slow] + std::ptrdiff_t{2} * kPadVoxels + 1;
     first_ = kPadVoxels * (strides.slow + strides.middle) + 64 / static_cast<std::ptrdiff_t>(voxel_bytes(storage));
-    buffer_ = PageBuffer(static_cast<std::size_t>(planes) * strides.slow * voxel_bytes(storage), "the engine's volume");
+    buffer_ =
+        PageBuffer(static_cast<std::size_t>(planes) * strides.slow * voxel_bytes(storage), "the backend's volume");
     count_pages(map);
     if (storage == kFloat32) {
         fill<float, float>(source, map, workers);

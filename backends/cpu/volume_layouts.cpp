@@ -73,7 +73,7 @@ VolumeLayouts::VolumeLayouts(const VoxelSource& source, const BrickMap& map, Vox
     : map_(map), storage_(storage), unit_per_mm_(storage == kInt16 && map.largest > 0 ? map.largest / 32767 : 1) {
     const double bytes = layout_bytes(map_, storage_), free = static_cast<double>(free_memory());
     if (bytes > free) {
-        throw Error("memory: the engine's volume needs " + std::to_string(static_cast<long long>(bytes / 0x1p20) + 1) +
+        throw Error("memory: the backend's volume needs " + std::to_string(static_cast<long long>(bytes / 0x1p20) + 1) +
                     " MiB as " + (storage_ == kInt16 ? "int16" : "float32 (int16: half of it)") + ", and only " +
                     std::to_string(static_cast<long long>(free / 0x1p20)) + " MiB are free");
     }

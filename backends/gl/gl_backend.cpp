@@ -1,7 +1,7 @@
 #include "backends/gl/gl_backend.h"
 
-#include "backends/gl/engine.h"
 #include "backends/gl/gl_session.h"
+#include "backends/gl/with_api.h"
 #include "core/base/error.h"
 
 namespace raylign::detail {
@@ -11,7 +11,7 @@ namespace {
 /// What BackendInfo::timing says of StageClock.
 const char* timing_of(const Device& device) { return device.software ? "fenced wall clock" : "timer queries"; }
 
-/// The device that both engines work on. A reset takes the whole context with it; the device itself comes back.
+/// The device that both backends work on. A reset takes the whole context with it; the device itself comes back.
 class Owner {
 public:
     Owner(const Api& api, const GlOptions& options, Software software)

@@ -6,7 +6,7 @@
 
 namespace raylign::detail {
 
-/// The oracle: double, scalar, one thread, written to be read. Every other engine is checked against it.
+/// The oracle: double, scalar, one thread, written to be read. Every other backend is checked against it.
 [[nodiscard]] std::unique_ptr<Backend> make_reference_backend();
 
 }  // namespace raylign::detail

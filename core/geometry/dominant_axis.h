@@ -6,7 +6,7 @@
 namespace raylign::detail {
 
 /// A later axis must be longer by this share to win. It moves the border between two axes off the places where
-/// symmetric scenes put whole pixel columns (45-degree views), so that rounding in float engines cannot flip a ray.
+/// symmetric scenes put whole pixel columns (45-degree views), so that rounding in float backends cannot flip a ray.
 inline constexpr double kAxisBias = 1e-5;
 
 /// The index axis along which a Joseph ray steps: the largest |component| of its direction in voxels, axis 0 before 1

@@ -12,7 +12,7 @@
 
 namespace raylign::detail {
 
-/// All rays of one view under one pose, in voxel coordinates: everything that an engine knows of geometry.
+/// All rays of one view under one pose, in voxel coordinates: everything that a backend knows of geometry.
 /// The ray of pixel (u, v) is
 ///   y(depth) = source_voxel + depth * (direction_voxel + u * step_u_voxel + v * step_v_voxel),
 /// where depth [mm] runs along the camera's z axis from 0 (source) to `depth_max_mm` (detector). The length of a ray

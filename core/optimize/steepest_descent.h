@@ -10,7 +10,7 @@
 
 namespace raylign::detail {
 
-/// Costs of many points at once: the batch is the unit that engines are fast at.
+/// Costs of many points at once: the batch is the unit that backends are fast at.
 using BatchObjective = std::function<void(std::span<const Eigen::VectorXd> points, std::span<double> costs)>;
 
 /// Lengths are in the units of the (scaled, unitless) parameters.

@@ -99,7 +99,7 @@ void detail::check_options(const RegistrationOptions& options, const Backend& ba
     positive("time limit", options.time_limit_s, 1e9, "positive");
     const Search search = options.search.mode;
     if ((search == Search::near || search == Search::global) && !backend.info().has_derivatives) {
-        throw Error("search: needs an engine with derivatives (cpu, gl or reference)");
+        throw Error("search: needs a backend with derivatives (cpu, gl or reference)");
     }
 }
 

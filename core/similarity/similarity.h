@@ -38,10 +38,10 @@ struct FixedChannels {
 [[nodiscard]] FixedChannels make_fixed_channels(const View& view, const Similarity& similarity);
 inline constexpr int kMinPixels = 32;  ///< below this, six pose parameters are not determined with any redundancy
 
-/// One DRR to its channels, the same filter as the fixed image. The oracle for every engine's filter.
+/// One DRR to its channels, the same filter as the fixed image. The oracle for every backend's filter.
 [[nodiscard]] std::vector<Image> moving_channels(const Image& drr, const Similarity& similarity);
 
-/// Sums in double, rows first, then over rows. The oracle for every engine's sums.
+/// Sums in double, rows first, then over rows. The oracle for every backend's sums.
 [[nodiscard]] MomentSums moment_sums(const Image& fixed, const Image& moving, const Image& weights);
 
 /// Weighted normalized cross correlation in [-1, 1], [Ino06] eq. 1:

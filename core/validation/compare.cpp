@@ -59,7 +59,7 @@ private:
 
     void climb() {
         for (std::size_t b = 0; b < backends_.size(); ++b) {
-            engine_ = b;
+            backend_ = b;
             attempt("image", "DRR in the views' own size", [&] { full_size_images(); });
             attempt("image", "DRR, " + std::to_string(options_.longest_side_px) + " px", [&] {
                 session_ = prepare(small_views_);
@@ -77,16 +77,16 @@ private:
         }
     }
 
-    [[nodiscard]] bool is_oracle() const { return engine_ == 0; }
+    [[nodiscard]] bool is_oracle() const { return backend_ == 0; }
     [[nodiscard]] std::unique_ptr<Session> prepare(const std::vector<View>& views) const {
-        return backends_[engine_].backend->prepare({volume_, views, options_.render, options_.similarity});
+        return backends_[backend_].backend->prepare({volume_, views, options_.render, options_.similarity});
     }
 
-    /// What the oracle cannot do is the caller's problem, what another engine cannot do is a disagreement.
+    /// What the oracle cannot do is the caller's problem, what another backend cannot do is a disagreement.
     template <typename Work>
     void attempt(const std::string& step, const std::string& quantity, Work work) {
         if (options_.progress) {
-            options_.progress(backends_[engine_].name + ": " + quantity,
+            options_.progress(backends_[backend_].name + ": " + quantity,
                               static_cast<double>(pieces_++) / (7.0 * backends_.size()));
         }
         if (options_.stop.stop_requested()) throw Stopped{};
@@ -94,21 +94,21 @@ private:
             work();
         } catch (const Error& error) {
             if (is_oracle() || error.kind() != ErrorKind::input) throw;
-            add_row(step, quantity, "", kInfinity, 0, {0, "the engine must be able to do it"}, error.what());
+            add_row(step, quantity, "", kInfinity, 0, {0, "the backend must be able to do it"}, error.what());
         }
     }
 
     void add_row(const std::string& step, const std::string& quantity, const std::string& unit, double value,
                  double rms, const Tolerance& tolerance, const std::string& where) {
-        result_.rows.push_back({step, quantity, backends_[0].name, backends_[engine_].name, unit, value, rms, tolerance,
-                                value <= tolerance.value, where});
+        result_.rows.push_back({step, quantity, backends_[0].name, backends_[backend_].name, unit, value, rms,
+                                tolerance, value <= tolerance.value, where});
     }
     void add_row(const std::string& step, const std::string& quantity, const std::string& unit, const Largest& largest,
                  const Tolerance& tolerance) {
         add_row(step, quantity, unit, largest.value(), largest.rms(), tolerance, largest.where());
     }
     [[nodiscard]] CompareTolerances tolerances() const {
-        return compare_tolerances(backends_[engine_].backend->info());
+        return compare_tolerances(backends_[backend_].backend->info());
     }
 
     void images(Session& session, std::size_t poses, std::vector<Image>& oracle, const std::string& quantity) {
@@ -220,7 +220,7 @@ private:
     }
 
     [[nodiscard]] CompareSweep sweep(int axis) {
-        CompareSweep result{backends_[engine_].name, kParameters[axis], axis < 3 ? "deg" : "mm", {}, {}, 0};
+        CompareSweep result{backends_[backend_].name, kParameters[axis], axis < 3 ? "deg" : "mm", {}, {}, 0};
         std::vector<RigidTransform> poses;
         for (int i = 0; i < kSweepSamples; ++i) {
             result.offsets.push_back((i - kSweepSamples / 2) * kSweepStep);
@@ -256,12 +256,12 @@ private:
             const RigidTransform start =
                 perturbed_start(given_, targets_, options_.start_mtre_mm, Random(options_.seed + 1 + i).bits());
             const RegistrationResult found = register_volume(volume_, small_views_, start, options,
-                                                             *backends_[engine_].backend, {.stop = options_.stop});
+                                                             *backends_[backend_].backend, {.stop = options_.stop});
             if (found.termination == Termination::stopped) throw Stopped{};
             const RigidTransform& oracle = is_oracle() ? found.world_from_ct : oracle_poses_[i];
             const double mtre_mm = mean_target_error_mm(found.world_from_ct, oracle, targets_);
             if (is_oracle()) oracle_poses_.push_back(found.world_from_ct);
-            result_.registrations.push_back({backends_[engine_].name, i, found.world_from_ct,
+            result_.registrations.push_back({backends_[backend_].name, i, found.world_from_ct,
                                              mean_target_error_mm(found.world_from_ct, given_, targets_), mtre_mm,
                                              found.cost_final, found.iterations, found.total_s, ""});
             apart.add(mtre_mm, "start " + std::to_string(i));
@@ -281,7 +281,7 @@ private:
     Eigen::Vector3d centre_ct_mm_;
     double radius_mm_ = 0;
     std::vector<RigidTransform> poses_;
-    std::size_t engine_ = 0;
+    std::size_t backend_ = 0;
     int pieces_ = 0;
     std::unique_ptr<Session> session_;
     std::vector<Image> full_images_, small_images_;

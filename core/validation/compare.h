@@ -11,7 +11,7 @@
 
 namespace raylign::detail {
 
-/// An engine under a name of its own (two of them may be one engine with different options).
+/// A backend under a name of its own (two of them may be one backend with different options).
 struct NamedBackend {
     std::string name;
     Backend* backend = nullptr;  ///< borrowed
@@ -34,7 +34,7 @@ struct CompareOptions {
     StopToken stop;  ///< asked between pieces of work: the comparison then ends with what it has
 };
 
-/// One line of the verdict: the oracle against one engine in one quantity.
+/// One line of the verdict: the oracle against one backend in one quantity.
 struct CompareRow {
     std::string step;      ///< image, sums, cost, derivatives, sweep, registration
     std::string quantity;  ///< in words
@@ -74,9 +74,9 @@ struct Comparison {
     [[nodiscard]] bool agrees() const;
 };
 
-/// Compares engines with the first one, the oracle, from images to whole registrations: the parity ladder. Every view
-/// needs an image. Random poses keep `targets_ct_mm` within `spread_mm` of `world_from_ct` (perturbed_start). An engine
-/// that throws in one step disagrees there, with its message as the place. Throws Error for fewer than two engines,
+/// Compares backends with the first one, the oracle, from images to whole registrations: the parity ladder. Every view
+/// needs an image. Random poses keep `targets_ct_mm` within `spread_mm` of `world_from_ct` (perturbed_start). A backend
+/// that throws in one step disagrees there, with its message as the place. Throws Error for fewer than two backends,
 /// options out of range, and a scene that the oracle refuses.
 [[nodiscard]] Comparison compare_backends(const Volume& volume, std::span<const View> views,
                                           const RigidTransform& world_from_ct,

@@ -15,7 +15,7 @@ constexpr double kPoseTolerance_px = 0.005;  // at the object
 }  // namespace
 
 void check(const std::vector<NamedBackend>& backends, const CompareOptions& o) {
-    if (backends.size() < 2) throw Error("compare: at least two engines are needed, the first is the oracle");
+    if (backends.size() < 2) throw Error("compare: at least two backends are needed, the first is the oracle");
     if (o.poses < 1 || o.poses > 1000) throw bad_value("poses", std::to_string(o.poses), "in [1, 1000]");
     if (o.longest_side_px < 32 || o.longest_side_px > 4096) {
         throw bad_value("longest_side_px", std::to_string(o.longest_side_px), "in [32, 4096]");

@@ -7,7 +7,7 @@
 
 namespace raylign::detail::validation {
 
-/// Throws Error for fewer than two engines and options out of range.
+/// Throws Error for fewer than two backends and options out of range.
 void check(const std::vector<NamedBackend>& backends, const CompareOptions& options);
 
 /// Views halved until no side is longer than `longest_side_px`.

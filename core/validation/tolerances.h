@@ -6,13 +6,13 @@
 
 namespace raylign::detail {
 
-/// How far two engines may be apart, and why so far.
+/// How far two backends may be apart, and why so far.
 struct Tolerance {
     double value = 0;
     std::string reason;
 };
 
-/// What `compare` allows between the oracle and another engine.
+/// What `compare` allows between the oracle and another backend.
 struct CompareTolerances {
     Tolerance image_share;        ///< largest pixel difference, of the image's maximum
     Tolerance sums_share;         ///< of the sums of squares
@@ -23,7 +23,7 @@ struct CompareTolerances {
     Tolerance pose_mtre_mm;       ///< final poses from one start
 };
 
-/// By what the engine says of itself: float or 16-bit voxels, exact interpolation or texture filters.
+/// By what the backend says of itself: float or 16-bit voxels, exact interpolation or texture filters.
 [[nodiscard]] CompareTolerances compare_tolerances(const BackendInfo& info);
 
 }  // namespace raylign::detail

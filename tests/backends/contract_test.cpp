@@ -177,7 +177,7 @@ TEST_P(BackendContract, CountsEvaluationsAndTimesItsStages) {
     (void)costs(*session, poses(2));
     EXPECT_EQ(session->counters().evaluations, 5u);
     EXPECT_GT(session->timing().drr_s, 0);
-    EXPECT_GT(session->timing().gradient_s + session->timing().reduction_s, 0) << "engines may fuse the two";
+    EXPECT_GT(session->timing().gradient_s + session->timing().reduction_s, 0) << "backends may fuse the two";
     EXPECT_GE(session->volume_bytes(), volume_.attenuation_per_mm.size() * 2);
 }
 

@@ -1,4 +1,4 @@
-// Parity ladder, step 7: analytic derivatives against central differences of the same engine's cost, in double.
+// Parity ladder, step 7: analytic derivatives against central differences of the same backend's cost, in double.
 
 #include <gtest/gtest.h>
 

@@ -26,5 +26,5 @@ only_in("[<\"]nlohmann/" core/io apps)
 only_in("[<\"](expat\\.h|yaml-cpp/)" core/io)
 only_in("[<\"]CLI/" apps)
 only_in("<(iostream|cstdio|mutex)>" backends apps core/io)
-# The template search is work of its own, beside the engines; nothing else in core starts threads.
+# The template search is work of its own, beside the backends; nothing else in core starts threads.
 only_in("<thread>" backends apps core/io core/registration/strategy/template_search.cpp)

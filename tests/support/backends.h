@@ -23,7 +23,7 @@ inline bool is_required(const std::string& name) {
     return false;
 }
 
-/// Options under which an engine is held to the float tolerances: float voxels, interpolated in the shader. What
+/// Options under which a backend is held to the float tolerances: float voxels, interpolated in the shader. What
 /// texture filters and 16-bit voxels do is tested in tests/backends/gl.
 inline BackendOptions parity_options() {
     BackendOptions options;

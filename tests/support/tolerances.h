@@ -2,15 +2,15 @@
 
 namespace raylign::detail::test {
 
-/// Float32 engines against the double reference, as a share of the image's maximum: some 500 float additions of one
+/// Float32 backends against the double reference, as a share of the image's maximum: some 500 float additions of one
 /// sign a ray (about 512 * 2^-24 = 3e-5 worst case, far less on average) and float sample positions (2^-15 voxel at
 /// 512).
 inline constexpr double kFloatImageShare = 1e-5;
 
-/// Costs of two engines: image differences of 1e-5 of one sign largely cancel in the correlation.
+/// Costs of two backends: image differences of 1e-5 of one sign largely cancel in the correlation.
 inline constexpr double kCost = 1e-5;
 
-/// Final poses of two engines from one start [mm mTRE]: the optimizer's own tolerance, far below any accuracy claim.
+/// Final poses of two backends from one start [mm mTRE]: the optimizer's own tolerance, far below any accuracy claim.
 inline constexpr double kPoseMtre_mm = 0.01;
 
 /// Voxels rounded to 16 bits: half a step of 2^-16 each way, of independent sign along a ray; beside the float sums.
@@ -23,7 +23,7 @@ inline constexpr double kFilterBitsCost = 1e-3;
 inline constexpr double kFilterBitsPoseMtre_mm = 0.05;
 
 /// The same on the small scene of 5 mm voxels, whose valley is so flat that the float rounding of the costs (1e-8)
-/// moves its floor: Gauss-Newton ends 0.000 to 0.020 mm apart, by seed and engine. A hundredth of a voxel.
+/// moves its floor: Gauss-Newton ends 0.000 to 0.020 mm apart, by seed and backend. A hundredth of a voxel.
 inline constexpr double kCoarsePoseMtre_mm = 0.05;
 
 /// kPoseMtre_mm by steepest descent, which creeps along the flat valley of a small noisy scene and stops anywhere in
@@ -40,7 +40,7 @@ inline constexpr double kSweepMinimumOfFloatSums = 2e-2;
 // median error [mm mTRE], or less where said. Recorded on x86-64 (AVX-512) by printing the tests' own errors for their
 // seed and the four after it; a test without a seed gives one figure.
 
-/// The small spine of 5 mm voxels on the reference engine, from 8 mm: 0.58 (0.57 to 0.71).
+/// The small spine of 5 mm voxels on the reference backend, from 8 mm: 0.58 (0.57 to 0.71).
 inline constexpr double kSmallSpineMtre_mm = 1.75;
 
 /// There, Gauss-Newton against steepest descent: 0.0018, but 0.144 for the test's own seed, where the descent stops in

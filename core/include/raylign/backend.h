@@ -61,7 +61,7 @@ struct SessionTiming {
 struct SessionCounters {
     std::uint64_t evaluations = 0;     ///< poses evaluated (all views of a pose count once)
     std::uint64_t linearizations = 0;  ///< poses linearized
-    std::uint64_t bytes_to_host = 0;   ///< read back from a device; 0 for engines in host memory
+    std::uint64_t bytes_to_host = 0;   ///< read back from a device; 0 for backends in host memory
 };
 
 /// A Scene made resident on one device. One Session, one thread; several Sessions may live at once.
@@ -81,7 +81,7 @@ public:
     void linearize(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
                    std::span<Linearization> results);
 
-    /// The sums behind the costs, [pose][view][channel], channels innermost: for comparing engines.
+    /// The sums behind the costs, [pose][view][channel], channels innermost: for comparing backends.
     [[nodiscard]] std::vector<detail::MomentSums> moment_sums(std::span<const RigidTransform> world_from_ct);
 
     /// Replaces the weights of all views until the next call: one image per view, finite and not negative; pixels that
@@ -113,7 +113,7 @@ public:
     [[nodiscard]] int channel_count() const { return channel_count_; }
     [[nodiscard]] const SessionTiming& timing() const { return timing_; }
     [[nodiscard]] const SessionCounters& counters() const { return counters_; }
-    /// Bytes that the engine's own copy of the volume takes.
+    /// Bytes that the backend's own copy of the volume takes.
     [[nodiscard]] virtual std::size_t volume_bytes() const = 0;
     /// How it keeps them, for people: the storage, and what else there is to say.
     [[nodiscard]] virtual std::string volume_layout() const { return "float32"; }
@@ -131,10 +131,10 @@ protected:
                             std::span<const detail::RayFrameDerivatives> derivatives,
                             std::span<detail::JacobianSums> sums) = 0;
     virtual Image render_frame(const detail::RayFrame& frame) = 0;
-    /// The weights in fixed() have changed: engines that keep copies renew them.
+    /// The weights in fixed() have changed: backends that keep copies renew them.
     virtual void weights_changed() = 0;
 
-    /// Fixed channels per view, made once in core so that engines cannot disagree on them; empty where views lack
+    /// Fixed channels per view, made once in core so that backends cannot disagree on them; empty where views lack
     /// images.
     [[nodiscard]] const std::vector<detail::FixedChannels>& fixed() const { return fixed_; }
 
@@ -160,14 +160,14 @@ struct BackendInfo {
     std::string summary;  ///< one line for people
     std::string device;   ///< processor or GPU
     int threads = 1;
-    std::string instruction_set;          ///< of a CPU engine; empty otherwise
+    std::string instruction_set;          ///< of a CPU backend; empty otherwise
     std::string storage = "float32";      ///< how voxels are kept: float32 or int16
     std::string interpolation = "exact";  ///< exact, or hardware: texture filters, with 8-bit fractions on GPUs
     std::string timing = "wall clock";    ///< what SessionTiming comes from: wall clock, or timer queries of a GPU
     bool has_derivatives = true;          ///< false: linearize throws
 };
 
-/// An engine on a device. A Backend and its Sessions belong to one thread at a time; several may work at once, each in
+/// A backend on a device. A Backend and its Sessions belong to one thread at a time; several may work at once, each in
 /// a thread of its own. Keep it as long as its Sessions.
 class Backend {
 public:

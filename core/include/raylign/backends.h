@@ -93,8 +93,8 @@ struct BackendStatus {
     bool available = false;
     std::string reason;                                       ///< why it cannot run; empty if it can
     BackendInfo info = {};                                    ///< with default options, if it can run
-    std::vector<InstructionSetStatus> instruction_sets = {};  ///< of a CPU engine, best first
-    std::vector<DeviceStatus> devices = {};                   ///< of a GPU engine
+    std::vector<InstructionSetStatus> instruction_sets = {};  ///< of a CPU backend, best first
+    std::vector<DeviceStatus> devices = {};                   ///< of a GPU backend
 };
 
 /// All backends of this build, best first; "reference" last. The second tries each: it may take a second and never

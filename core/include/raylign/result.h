@@ -31,7 +31,7 @@ struct LevelReport {
     int iterations = 0;
     std::uint64_t evaluations = 0, linearizations = 0;
     bool restarted = false;        ///< the start's cost was lower than that of the coarser level's result
-    std::size_t volume_bytes = 0;  ///< the engine's own copies
+    std::size_t volume_bytes = 0;  ///< the backend's own copies
     std::string volume_layout;     ///< how it keeps them (Session::volume_layout)
     double time_s = 0;
     Termination termination = Termination::converged;
@@ -95,7 +95,7 @@ struct RegistrationResult {
     Confidence confidence;
     SessionCounters counters;  ///< summed over levels
     SessionTiming timing;      ///< summed over levels
-    double optimizer_s = 0;    ///< wall time outside prepare and the engine
+    double optimizer_s = 0;    ///< wall time outside prepare and the backend
     double total_s = 0;
     bool ok = false;                   ///< the verdict
     std::vector<std::string> reasons;  ///< why not, in words for people; empty if ok

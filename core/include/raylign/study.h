@@ -21,7 +21,7 @@ struct StudyInterval {
 [[nodiscard]] std::vector<StudyInterval> study_intervals(const StudyBins& bins);
 
 /// One random start. Depends on the study's seed, the interval's and the repetition's number only, so that all cases of
-/// a study (views, engines, methods) begin at the same poses and any one can be made again alone.
+/// a study (views, backends, methods) begin at the same poses and any one can be made again alone.
 struct StudyStart {
     std::size_t interval = 0, repetition = 0;
     std::uint64_t seed = 0;

@@ -17,7 +17,7 @@ struct TrackOptions {
     /// was found to be.
     RegistrationOptions registration;
     /// The widest search that may recover a frame: none, near (20 mm and 30 degrees, then 40 mm and 60 degrees around
-    /// the prediction) or global; automatic = global. Needs an engine with derivatives, as all searches do.
+    /// the prediction) or global; automatic = global. Needs a backend with derivatives, as all searches do.
     Search recovery = Search::automatic;
     /// Largest believable distance from the prediction, at the rim, in (0, 1000]; default: by itself (Tracker).
     std::optional<double> max_jump_mm;

@@ -10,7 +10,7 @@
 namespace raylign::detail {
 namespace {
 
-constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that engines must agree on
+constexpr double kToleranceFinest_px = 5e-4;  // far below the 0.01 mm that backends must agree on
 constexpr double kToleranceCoarse_px = 2e-2;  // the next level corrects the rest
 constexpr double kCostToleranceFinest = 1e-10;
 constexpr double kCostToleranceCoarse = 1e-6;

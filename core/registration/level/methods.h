@@ -22,7 +22,7 @@ struct LevelProblem {
     double step_tolerance_mm;
     double cost_tolerance;  ///< gauss-newton also ends where its model promises less
     int max_iterations;
-    std::function<void()> before_batch;  ///< called before the engine works; may throw to stop
+    std::function<void()> before_batch;  ///< called before the backend works; may throw to stop
 };
 
 struct LevelOutcome {

@@ -10,7 +10,7 @@
 
 namespace raylign::detail {
 
-/// A volume kept on an engine for many registrations: checked once, halved once, and each halving made resident when it
+/// A volume kept on a backend for many registrations: checked once, halved once, and each halving made resident when it
 /// is first needed. What a sequence of frames, and the levels of one registration, share. Borrows volume and backend
 /// for its life; one thread, as its sessions.
 class ResidentVolume {
@@ -30,7 +30,7 @@ public:
     /// there.
     [[nodiscard]] std::unique_ptr<Session> session(int halvings, std::span<const View> views,
                                                    const Similarity& similarity);
-    /// Seconds that engines spent on making the volume resident since this was last asked; the sessions' own are in
+    /// Seconds that backends spent on making the volume resident since this was last asked; the sessions' own are in
     /// their timing.
     [[nodiscard]] double take_prepare_s();
 

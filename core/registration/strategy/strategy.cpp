@@ -16,8 +16,8 @@ void choose_method(Run& run) {
     if (result.method != Method::automatic) return;
     const bool derivatives = run.has_derivatives();
     result.method = derivatives ? Method::gauss_newton : Method::steepest_descent;
-    result.method_reason = derivatives ? "the fewest evaluations: the engine gives analytic derivatives"
-                                       : "the engine gives no derivatives";
+    result.method_reason = derivatives ? "the fewest evaluations: the backend gives analytic derivatives"
+                                       : "the backend gives no derivatives";
 }
 
 /// A part is sought around its start where nothing else is asked for: other edges lead a descent astray.

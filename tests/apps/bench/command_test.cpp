@@ -13,7 +13,7 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST(BenchCommand, LeavesTheRowsOfTable2ForEveryEngineAndMethod) {
+TEST(BenchCommand, LeavesTheRowsOfTable2ForEveryBackendAndMethod) {
     const TestFolder folder;
     const ProgramResult result = run_raylign({"bench", "--size", "32", "--pixels", "48", "--repeat", "2", "--backend",
                                               "cpu,reference", "-o", folder.path("out")});

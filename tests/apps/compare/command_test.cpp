@@ -61,7 +61,7 @@ TEST_F(CompareCommand, CpuAgreesWithTheReferenceAndTheReportsSaySo) {
 }
 
 TEST_F(CompareCommand, BadInputIsRefused) {
-    EXPECT_THAT(run({"--backends", "cpu"}).err, HasSubstr("at least two engines"));
+    EXPECT_THAT(run({"--backends", "cpu"}).err, HasSubstr("at least two backends"));
     EXPECT_THAT(run({"--backends", "cpu,nonsense"}).err, HasSubstr("backend = nonsense"));
     EXPECT_THAT(run({"--backends", "cpu,cpu"}).err, HasSubstr("given once each"));
     const ProgramResult spread = run({"--backends", "cpu,reference", "--spread", "-1"});

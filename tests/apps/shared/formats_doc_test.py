@@ -20,7 +20,7 @@ RARE = {
     "report.json": {"decisions", "verdict.reasons"},
     "study.json": {"left_out[].backend", "left_out[].reason"},
     "bench.json": {"left_out[].backend", "left_out[].reason"},
-    "info --json": {"backends[].devices", "backends[].instruction_sets"},  # a build may lack the engines that have them
+    "info --json": {"backends[].devices", "backends[].instruction_sets"},  # a build may lack the backends that have them
 }
 PERCENTILES = {"p50", "p75", "p95", "p99", "max"}
 VIEWS = ["AP", "LAT"]
@@ -151,8 +151,8 @@ def write_inputs(work):
         (work / f"{name}.json").write_text(json.dumps({"raylign": 1, "world_from_ct": matrix}))
 
 
-def check_register(run, check, work, engine):
-    scene = ["-v", "spine.mha", "--attenuation", *engine, "--quiet"]
+def check_register(run, check, work, backend):
+    scene = ["-v", "spine.mha", "--attenuation", *backend, "--quiet"]
     run("drr", *scene, "--views", "views.json", "--pose", "pose.json", "--png", "-o", "xrays")
     check.folder(work / "xrays")
     check.input_keys("views.json", (work / "xrays/views.json").read_text())
@@ -162,19 +162,19 @@ def check_register(run, check, work, engine):
     check.json("report.json", (work / "registered/report.json").read_text())
 
 
-def check_rivals(run, check, engine):
+def check_rivals(run, check, backend):
     """An ellipsoid looks the same from the other side."""
     run("phantom", "ellipsoid", "--size", 24, "--spacing", 4, "-o", "ellipsoid.mha")
-    scene = ["-v", "ellipsoid.mha", "--attenuation", *engine]
+    scene = ["-v", "ellipsoid.mha", "--attenuation", *backend]
     run("drr", *scene, "--views", "views.json", "--pose", "pose.json", "-o", "symmetric")
     search = ["--search", "near", "--search-starts", 200, "--json"]
     report = run("register", *scene, "--views", "symmetric/views.json", *search, "-o", "rivals", codes=(0, 1))
     check.json("report.json", report)
 
 
-def check_study(run, check, work, engines, threads):
+def check_study(run, check, work, backends, threads):
     scene = ["-v", "spine.mha", "--attenuation", "--views", "views.json", "--truth", "pose.json", "--quiet"]
-    protocol = ["--bins", "0:4:4", "--per-bin", 1, "--levels", 1, "--backend", ",".join(engines), *threads]
+    protocol = ["--bins", "0:4:4", "--per-bin", 1, "--levels", 1, "--backend", ",".join(backends), *threads]
     run("study", *scene, *protocol, "-o", "study")
     check.folder(work / "study")
     check.json("study.json", (work / "study/study.json").read_text())
@@ -184,9 +184,9 @@ def check_study(run, check, work, engines, threads):
         check.json("study.journal", line)
 
 
-def check_track(run, check, work, engine):
+def check_track(run, check, work, backend):
     (work / "frames").mkdir()
-    common = ["--attenuation", *engine, "--quiet", "--views", "views.json"]
+    common = ["--attenuation", *backend, "--quiet", "--views", "views.json"]
     for number, pose in enumerate(["pose", "next", "last"], 1):
         run("drr", "-v", "spine.mha", *common, "--pose", f"{pose}.json", "-o", "frame")
         for view in VIEWS:
@@ -201,13 +201,13 @@ def check_track(run, check, work, engine):
     check.csv("joint_PROXIMAL_DISTAL.csv", work / "track/joint_hip_knee.csv")
 
 
-def check_compare_and_bench(run, check, work, engines, threads):
+def check_compare_and_bench(run, check, work, backends, threads):
     scene = ["-v", "spine.mha", "--attenuation", "--views", "views.json", "--pose", "pose.json", "--quiet", *threads]
-    small = ["--poses", 2, "--longest-side", 32, "--registrations", 1, "--backends", ",".join(engines)]
+    small = ["--poses", 2, "--longest-side", 32, "--registrations", 1, "--backends", ",".join(backends)]
     run("compare", *scene, *small, "-o", "compared", codes=(0, 1))
     check.folder(work / "compared")
     check.json("compare.json", (work / "compared/compare.json").read_text())
-    tiny = ["--size", 16, "--pixels", 32, "--repeat", 1, "--method", "gauss-newton", "--backend", engines[0]]
+    tiny = ["--size", 16, "--pixels", 32, "--repeat", 1, "--method", "gauss-newton", "--backend", backends[0]]
     run("bench", *tiny, *threads, "--quiet", "-o", "bench", codes=(0, 1))
     check.folder(work / "bench")
     check.json("bench.json", (work / "bench/bench.json").read_text())
@@ -220,21 +220,21 @@ def main():
     run, check, rare = Runner(program, work), Check(Page(page)), dict(RARE)
     info = check.json("info --json", run("info", "--json"))
     has_cpu = any(b["name"] == "cpu" and b["available"] for b in info["backends"])
-    engines = ["cpu", "reference"] if has_cpu else ["reference"]
+    backends = ["cpu", "reference"] if has_cpu else ["reference"]
     threads = ["--threads", 1] if has_cpu else []
-    engine = ["--backend", engines[0], *threads]
+    backend = ["--backend", backends[0], *threads]
 
     write_inputs(work)
     run("phantom", "spine", "--size", 32, "--spacing", 4.5, "-o", "spine.mha")
     check.json("geometry --json", run("geometry", "views.json", "--json", "-o", "written.json"))
     check.input_keys("views.json", (work / "written.json").read_text())
-    check_register(run, check, work, engine)
-    check_study(run, check, work, engines, threads)
-    check_track(run, check, work, engine)
+    check_register(run, check, work, backend)
+    check_study(run, check, work, backends, threads)
+    check_track(run, check, work, backend)
     if has_cpu:
-        check_rivals(run, check, engine)
-        check_compare_and_bench(run, check, work, engines, threads)
-    else:  # one engine only, and a slow one
+        check_rivals(run, check, backend)
+        check_compare_and_bench(run, check, work, backends, threads)
+    else:  # one backend only, and a slow one
         rare["report.json"] = rare["report.json"] | {"search.rivals"}
         rare["study.json"] = rare["study.json"] | {"agreement"}
     # Of `auto`, which may pass over a GPU here or not.

@@ -1,4 +1,4 @@
-// The map of what is empty: everything that the engine leaves out follows from it.
+// The map of what is empty: everything that the backend leaves out follows from it.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The engine's copies of the volume: every voxel in its place, zeros around, and no memory for what is empty.
+// The backend's copies of the volume: every voxel in its place, zeros around, and no memory for what is empty.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -126,7 +126,7 @@ TEST_P(CpuLayout, AVolumeBeyondTheMemoryIsAnErrorBeforeAnyAllocation) {
             const std::string message = test::error_of([&] {
                 const VolumeLayouts layouts(ball_.source(), dense_map(size, size, size), GetParam(), axis, workers_);
             });
-            EXPECT_THAT(message, testing::HasSubstr("memory: the engine's volume needs")) << size;
+            EXPECT_THAT(message, testing::HasSubstr("memory: the backend's volume needs")) << size;
             EXPECT_THAT(message, testing::HasSubstr("MiB are free")) << size;
         }
     }

@@ -1,4 +1,4 @@
-// How much memory the engine takes, and what it does where a volume is too large for it.
+// How much memory the backend takes, and what it does where a volume is too large for it.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -28,10 +28,10 @@ TEST(CpuMemory, ALargeVolumeIsStoredAsInt16AndASmallOneAsFloat32) {
 
 TEST(CpuMemory, AThousandSlicesOf512SquaredStayBelowFourGiB) {
     const cpu::BrickMap map = cpu::dense_map(512, 512, 1000);
-    const double host = 4.0 * 512 * 512 * 1000, engine = cpu::layout_bytes(map, cpu::choose_storage(map, kDefault));
-    EXPECT_LT(engine, 1100 * kMiB) << "two copies, two bytes a voxel";
+    const double host = 4.0 * 512 * 512 * 1000, backend = cpu::layout_bytes(map, cpu::choose_storage(map, kDefault));
+    EXPECT_LT(backend, 1100 * kMiB) << "two copies, two bytes a voxel";
     // The next level of the pyramid may be there at the same time, an eighth of both.
-    EXPECT_LT(1.125 * (host + engine), 0.75 * 4096 * kMiB) << "leaves a quarter for all else";
+    EXPECT_LT(1.125 * (host + backend), 0.75 * 4096 * kMiB) << "leaves a quarter for all else";
 }
 
 /// Two blobs in opposite corners: the box is the whole volume, and nearly all of it is empty.

@@ -9,7 +9,7 @@
 namespace raylign::detail::test {
 namespace {
 
-TEST(StorageOption, Int16ReachesTheCpuEngine) {
+TEST(StorageOption, Int16ReachesTheCpuBackend) {
     NamedScene named{"storage", random_volume({64, 32, 32}, {1, 1, 1}, 1), {view_along(rotation(0, 0, 0), {9, 9}, 2)}};
     for (const char* backend : {"cpu", "auto"}) {
         const auto bytes = [&](Storage storage) {

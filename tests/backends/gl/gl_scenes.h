@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "backends/gl/devices.h"
-#include "backends/gl/engine.h"
 #include "backends/gl/gl_session.h"
+#include "backends/gl/with_api.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 

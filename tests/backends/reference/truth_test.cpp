@@ -179,7 +179,7 @@ TEST(ReferenceTruth, VoxelisedBoxIsOffByAShareOfAVoxelInside) {
     }
 }
 
-/// A smooth field shows the engine's own order: exp(-r^2 / 2 s^2) integrates to sqrt(2 pi) s exp(-d^2 / 2 s^2) along a
+/// A smooth field shows the backend's own order: exp(-r^2 / 2 s^2) integrates to sqrt(2 pi) s exp(-d^2 / 2 s^2) along a
 /// line at distance d.
 double gaussian_error(int n, Projector projector) {
     constexpr double kSigma_mm = 9, kPeakPerMm = 0.02;

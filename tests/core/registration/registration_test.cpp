@@ -15,7 +15,7 @@
 namespace raylign::detail {
 namespace {
 
-/// Small enough for the reference engine: 32^3 voxels of 5 mm, two 48 x 48 views with exact X-rays of the phantom.
+/// Small enough for the reference backend: 32^3 voxels of 5 mm, two 48 x 48 views with exact X-rays of the phantom.
 struct SmallCase {
     Volume volume = test::spine_volume(32);
     RigidTransform truth = test::oblique_pose();
@@ -150,7 +150,7 @@ TEST(Registration, UnrelatedImagesAreDoubtful) {
     for (View& view : c.views) {
         for (float& pixel : view.image.pixels) pixel = static_cast<float>(random.uniform());
     }
-    // Without a search and mirrored tries: the reference engine is slow.
+    // Without a search and mirrored tries: the reference backend is slow.
     const RegistrationResult result = c.run(c.truth, {.search = {.mode = Search::none}, .suspect_mirrored = false});
     EXPECT_FALSE(result.ok);
     ASSERT_FALSE(result.reasons.empty());

@@ -1,4 +1,4 @@
-// The comparison must find what it exists for: small faults of an engine. Each is planted into the reference, so that
+// The comparison must find what it exists for: small faults of a backend. Each is planted into the reference, so that
 // nothing else differs.
 
 #include <gmock/gmock.h>
@@ -49,7 +49,7 @@ protected:
     CompareOptions options_{.poses = 4, .derivative_poses = 2, .registrations = 0};
 };
 
-TEST_F(Compare, AnEngineAgreesWithItself) {
+TEST_F(Compare, ABackendAgreesWithItself) {
     options_.registrations = 1;
     const Comparison same = compare_with({});
     EXPECT_TRUE(same.agrees());
@@ -62,11 +62,11 @@ TEST_F(Compare, AnEngineAgreesWithItself) {
     std::set<std::string> steps;
     for (const CompareRow& row : same.rows) steps.insert(row.step);
     EXPECT_EQ(steps, (std::set<std::string>{"image", "sums", "cost", "derivatives", "sweep", "registration"}));
-    EXPECT_EQ(same.sweeps.size(), 12U) << "six parameters, two engines";
+    EXPECT_EQ(same.sweeps.size(), 12U) << "six parameters, two backends";
     EXPECT_EQ(same.registrations.size(), 2U);
 }
 
-TEST_F(Compare, TheCpuEngineAgreesWithTheReference) {
+TEST_F(Compare, TheCpuBackendAgreesWithTheReference) {
     RAYLIGN_MAKE_BACKEND(cpu, "cpu");
     options_.registrations = 1;
     const Comparison comparison = compare(*cpu, options_);
@@ -151,9 +151,9 @@ TEST_F(Compare, OnePixelThatIsNotANumberIsFoundAndItsPlaceNamed) {
     }
 }
 
-TEST_F(Compare, AnEngineThatThrowsDisagreesAndTheRestIsStillCompared) {
+TEST_F(Compare, ABackendThatThrowsDisagreesAndTheRestIsStillCompared) {
     const Comparison comparison =
-        compare_with({.in_derivatives = [](JacobianSums&) { throw Error("this engine has lost its derivatives"); }});
+        compare_with({.in_derivatives = [](JacobianSums&) { throw Error("this backend has lost its derivatives"); }});
     EXPECT_THAT(found_in(comparison), ElementsAre("derivatives"));
     bool tells_why = false;
     for (const CompareRow& row : comparison.rows) tells_why |= row.where.find("lost") != std::string::npos;

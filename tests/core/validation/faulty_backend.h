@@ -7,7 +7,7 @@
 
 namespace raylign::detail::test {
 
-/// What is wrong with an engine. Empty parts are right.
+/// What is wrong with a backend. Empty parts are right.
 struct Fault {
     std::function<void(Volume&)> in_volume;  ///< before it becomes resident
     std::function<void(RayFrame&)> in_geometry;
@@ -16,7 +16,7 @@ struct Fault {
     std::function<void(Image&)> in_image;
 };
 
-/// An engine with a planted fault: the scalar reference otherwise.
+/// A backend with a planted fault: the scalar reference otherwise.
 [[nodiscard]] std::unique_ptr<Backend> make_faulty_backend(const Fault& fault);
 
 }  // namespace raylign::detail::test

@@ -4,7 +4,7 @@
 
 #include "scene.h"
 
-/// The OpenGL engine on the GPU called `device`, else the processor with four threads.
+/// The OpenGL backend on the GPU called `device`, else the processor with four threads.
 static std::unique_ptr<raylign::Backend> gpu_or_cpu(const std::string& device) {
     raylign::BackendOptions options;
     options.gl.device = device;

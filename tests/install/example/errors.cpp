@@ -5,7 +5,7 @@
 
 #include "scene.h"
 
-/// Exit codes as the program `raylign` has them: 0 done, 1 doubtful, 2 bad input, 3 engine not available.
+/// Exit codes as the program `raylign` has them: 0 done, 1 doubtful, 2 bad input, 3 backend not available.
 static int registered(const Patient& patient, const raylign::RegistrationOptions& options) {
     try {
         const raylign::BackendChoice choice = raylign::create_backend("auto");

@@ -12,7 +12,7 @@ int main() {
     // The CT and the X-rays, made resident. Both are borrowed for this call only.
     const std::unique_ptr<Session> session = backend->prepare(Scene{patient.ct, patient.views, {}, {}});
 
-    // A batch of poses: an engine shares the work of all of them. Costs are in [0, 2], lower is better.
+    // A batch of poses: a backend shares the work of all of them. Costs are in [0, 2], lower is better.
     std::vector<RigidTransform> poses;
     for (const double x_mm : {-4.0, 0.0, 4.0}) poses.push_back(RigidTransform::translate({x_mm, 0, 0}) * patient.truth);
     std::vector<double> costs(poses.size());
@@ -30,7 +30,7 @@ int main() {
     }
     std::printf("2.00 mm -> %.2f mm\n", patient.error_mm(world_from_ct));
 
-    // What the engine sees from there.
+    // What the backend sees from there.
     const Image drr = session->render(world_from_ct, 0);
     const bool is_best = costs[1] < costs[0] && costs[1] < costs[2];
     return is_best && patient.error_mm(world_from_ct) < 1.25 && drr.width == 96 ? 0 : 1;

@@ -139,7 +139,7 @@ TEST(Jackknife, LeavesTheWeightsAsTheyWereWhereItIsStopped) {
     EXPECT_EQ(c.weights(), before);
 }
 
-TEST(Jackknife, PassesOnAFaultOfTheEngine) {
+TEST(Jackknife, PassesOnAFaultOfTheBackend) {
     const JackknifeCase c(0.01);
     c.weigh_unevenly();
     const auto before = c.weights();

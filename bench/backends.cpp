@@ -1,4 +1,4 @@
-// Google Benchmark programs for the engines: DRR, gradient, sums, evaluate, linearize and a whole registration, on
+// Google Benchmark programs for the backends: DRR, gradient, sums, evaluate, linearize and a whole registration, on
 // every backend that runs here. `--benchmark_filter=cpu.*256` picks; `--benchmark_out=FILE --benchmark_out_format=json`
 // records. See README.md.
 
@@ -72,16 +72,16 @@ void linearize(benchmark::State& state, const std::string& backend) {
 }
 
 /// From 8 mm mTRE; counters say how well and with how much work.
-void whole_registration(benchmark::State& state, const std::string& backend, Method method) {
+void whole_registration(benchmark::State& state, const std::string& name, Method method) {
     const BenchScene& s = scene(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
-    const auto engine = create_backend(backend).backend;
+    const auto backend = create_backend(name).backend;
     const auto targets = default_targets_ct_mm(s.volume);
     double worst_mm = 0, evaluations = 0;
     std::uint64_t seed = 0;
     for (auto _ : state) {
         const RigidTransform start = perturbed_start(s.truth, targets, 8, ++seed);
         try {
-            const RegistrationResult result = register_volume(s.volume, s.views, start, {.method = method}, *engine);
+            const RegistrationResult result = register_volume(s.volume, s.views, start, {.method = method}, *backend);
             worst_mm = std::max(worst_mm, mean_target_error_mm(result.world_from_ct, s.truth, targets));
             evaluations += static_cast<double>(result.counters.evaluations + result.counters.linearizations);
         } catch (const Error& error) {

@@ -5,7 +5,7 @@
 #include "backends/gl/devices.h"
 #include "backends/gl/gl_backend.h"
 
-// How the OpenGL engines are built, bottom up:
+// How the OpenGL backends are built, bottom up:
 //   api              the functions of EGL and OpenGL in a table, looked up at run time: the program starts without them
 //   displays         EGL devices (hardware first), else the surfaceless and the default display
 //   context          a headless 4.5 core context; `Current` makes it current for a while; errors become Error
