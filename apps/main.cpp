@@ -1,3 +1,4 @@
+#include <cstdio>
 #include <iostream>
 #include <new>
 
@@ -26,9 +27,7 @@ int complain(const CLI::App& app, const std::string& message, int code) {
     return code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
     raylign::detail::apps::catch_interrupts();
     CLI::App app;
     try {
@@ -59,5 +58,16 @@ int main(int argc, char** argv) {
         return complain(app, "not enough memory for this volume and these images", 2);
     } catch (const std::exception& error) {
         return complain(app, error.what(), 2);
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (...) {  // thrown while complaining
+        std::fputs("raylign: not enough memory\n", stderr);
+        return 2;
     }
 }

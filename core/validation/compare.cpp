@@ -179,7 +179,8 @@ private:
         std::array<double, 12> costs{};
         session_->evaluate(poses, costs);
         Twist differences;
-        for (int i = 0; i < 6; ++i) differences[i] = (costs[2 * i] - costs[2 * i + 1]) / (2 * kDifferenceStep_mm);
+        for (std::size_t i = 0; i < 6; ++i)
+            differences[i] = (costs[2 * i] - costs[2 * i + 1]) / (2 * kDifferenceStep_mm);
         return differences;
     }
 
@@ -222,8 +223,9 @@ private:
     [[nodiscard]] CompareSweep sweep(int axis) {
         CompareSweep result{backends_[backend_].name, kParameters[axis], axis < 3 ? "deg" : "mm", {}, {}, 0};
         std::vector<RigidTransform> poses;
+        constexpr int kMiddle = kSweepSamples / 2;
         for (int i = 0; i < kSweepSamples; ++i) {
-            result.offsets.push_back((i - kSweepSamples / 2) * kSweepStep);
+            result.offsets.push_back((i - kMiddle) * kSweepStep);
             const double unit = axis < 3 ? kRadPerDeg : 1;
             poses.push_back(exp_about(result.offsets.back() * unit * Twist::Unit(axis), given_ * centre_ct_mm_) *
                             given_);

@@ -58,9 +58,11 @@ std::vector<RigidTransform> poses_in_view(const RigidTransform& nominal, const O
     Random random(seed);
     for (long long tries = 0; std::ssize(poses) < count; ++tries) {
         if (tries > 1000LL * count) throw Error("global search: hardly any point is seen by all views");
-        const Eigen::Vector3d shift_mm =
-            side_mm * Eigen::Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5));
-        const Eigen::Vector3d turn = range_rad * std::cbrt(random.uniform()) * random.direction();
+        // One draw per statement: compilers differ in which argument they evaluate first.
+        const double z = random.uniform(-0.5, 0.5), y = random.uniform(-0.5, 0.5), x = random.uniform(-0.5, 0.5);
+        const Eigen::Vector3d shift_mm = side_mm * Eigen::Vector3d(x, y, z);
+        const Eigen::Vector3d axis = random.direction();
+        const Eigen::Vector3d turn = range_rad * std::cbrt(random.uniform()) * axis;
         const auto sees = [&](const View& view) { return is_seen(view, centre_mm + shift_mm); };
         if (std::ranges::all_of(views, sees)) poses.push_back(moved(nominal, extent, turn, shift_mm));
     }

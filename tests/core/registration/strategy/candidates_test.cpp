@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/random.h"
 #include "core/registration/strategy/candidates.h"
 #include "raylign/backends.h"
 #include "raylign/targets.h"
@@ -54,6 +56,18 @@ TEST(PosesInView, PutTheObjectWhereAllViewsSeeIt) {
         }
     }
     EXPECT_GT(spread_mm, 80);  // half of a field of 200 mm, about
+}
+
+TEST(PosesInView, AreDrawnInOneOrderByEveryCompiler) {
+    const std::vector<View> views = test::biplane_views(64, 200);
+    const RigidTransform drawn = poses_in_view({}, kExtent, views, 0.6, 2, 3)[1];
+    Random random(3);  // its first pose is in view
+    const double z = random.uniform(-0.5, 0.5), y = random.uniform(-0.5, 0.5), x = random.uniform(-0.5, 0.5);
+    const Eigen::Vector3d axis = random.direction();
+    const Eigen::Vector3d shift_mm = field_mm(views, kExtent.centre_ct_mm) * Eigen::Vector3d(x, y, z);
+    EXPECT_LT((drawn * kExtent.centre_ct_mm - kExtent.centre_ct_mm - shift_mm).norm(), 1e-9);
+    EXPECT_LT((drawn.rotation * axis - axis).norm(), 1e-12);
+    EXPECT_NEAR(rotation_angle_rad(drawn), 0.6 * std::cbrt(random.uniform()), 1e-9);
 }
 
 TEST(PosesInView, ViewsThatShareNothingAreAnError) {
