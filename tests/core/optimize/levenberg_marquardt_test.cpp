@@ -51,7 +51,7 @@ LeastSquares rosenbrock() {
     return {f, plane_point(-1.2, 1)};
 }
 
-/// [Powell 1962] (1, -1, 0, 1 from 3, -1, 0, 1): the Jacobian has rank 2 at the minimum, the origin.
+/// [Powell62] (1, -1, 0, 1 from 3, -1, 0, 1): the Jacobian has rank 2 at the minimum, the origin.
 LeastSquares powell_singular() {
     const auto f = [](const Eigen::VectorXd& p) {
         const double a = p[1] - 2 * p[2], b = p[0] - p[3], s5 = std::sqrt(5.), s10 = std::sqrt(10.);
