@@ -53,7 +53,7 @@ private:
     /// Gradients of kBandColumns columns of image i, the band's rows below each other, behind all that filter_rows
     /// uses.
     static float* gradients(const BandJob& job, int i, int channel) {
-        return job.scratch + kImages * job.scratch_distance + (2 * i + channel) * kGradientFloats;
+        return job.scratch + kImages * job.scratch_distance + std::ptrdiff_t{2 * i + channel} * kGradientFloats;
     }
 
     static void filter_columns(const BandJob& job, std::ptrdiff_t x, std::ptrdiff_t end) {
@@ -61,7 +61,7 @@ private:
             const BandJob one = job_of(job, i);
             float *gx = gradients(job, i, 0), *gy = gradients(job, i, 1);
             for (int y = job.y0; y < job.y1; ++y, gx += kBandColumns, gy += kBandColumns) {
-                Plain::filter_columns(one, x, end, y, gx, gy);
+                Plain::along_row(x, end, typename Plain::ColumnPass{one, y, x, gx, gy});
             }
         }
     }
@@ -79,7 +79,7 @@ private:
             weights = job.weights + at;
             image_stride = job.channels == 2 ? kBandColumns : job.stride;
             for (int i = 0; i < kImages; ++i) {
-                images[i] = job.channels == 2 ? gradients(job, i, channel) + (y - job.y0) * kBandColumns
+                images[i] = job.channels == 2 ? gradients(job, i, channel) + std::ptrdiff_t{y - job.y0} * kBandColumns
                                               : image_of(job, i) + at;
             }
         }

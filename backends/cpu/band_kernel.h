@@ -10,7 +10,7 @@ namespace {
 template <class Arch>
 struct Band {
     using Floats = typename Lanes<Arch>::Floats;
-    static constexpr int kLanes = Lanes<Arch>::count;
+    static constexpr std::ptrdiff_t kLanes = Lanes<Arch>::count;
 
     /// Sums of 16 columns side by side in double, added up in order at the end: the same order for every instruction
     /// set.
@@ -18,7 +18,7 @@ struct Band {
         FourDoubles moving[4] = {}, moving_moving[4] = {}, fixed_moving[4] = {};
 
         void add(const float* moving_row, const float* fixed_row, const float* weight_row) {
-            for (int i = 0; i < 4; ++i) {
+            for (std::ptrdiff_t i = 0; i < 4; ++i) {
                 FourDoubles b, a, weight;
                 load_four(moving_row + 4 * i, b);
                 load_four(fixed_row + 4 * i, a);
@@ -54,12 +54,12 @@ struct Band {
 
     static float* row_filtered(const BandJob& job, int direction, int y) {
         const std::ptrdiff_t rows = kBandRows + 2 * job.radius;
-        return job.scratch + job.stride + 2 * job.radius + 16 +
+        return job.scratch + job.stride + 2 * std::ptrdiff_t{job.radius} + 16 +
                (direction * rows + y - first_row(job)) * filtered_stride(job);
     }
 
     /// Several vectors of a row at once: as many sums side by side keep the adders busy, and share taps and addresses.
-    static constexpr int kBlock = 4;
+    static constexpr std::ptrdiff_t kBlock = 4;
 
     /// Calls pass.block<blocks>(x) for columns [begin, end), most of them kBlock vectors at a time.
     template <class Pass>
@@ -88,16 +88,16 @@ struct Band {
         const float* in;
         float *derivative, *smooth;
 
-        template <int blocks>
+        template <std::ptrdiff_t blocks>
         void block(std::ptrdiff_t x) const {
             Floats d[blocks], s[blocks];
-            for (int b = 0; b < blocks; ++b) {
+            for (std::ptrdiff_t b = 0; b < blocks; ++b) {
                 d[b] = Floats(0.F);
                 s[b] = Floats(job.smooth[0]) * Floats::load_unaligned(in + x + b * kLanes);
             }
             for (int k = 1; k <= job.radius; ++k) {
                 const Floats derivative_tap(job.derivative[k]), smooth_tap(job.smooth[k]);
-                for (int b = 0; b < blocks; ++b) {
+                for (std::ptrdiff_t b = 0; b < blocks; ++b) {
                     const float* centre = in + x + b * kLanes;
                     const Floats after = Floats::load_unaligned(centre + k),
                                  before = Floats::load_unaligned(centre - k);
@@ -105,29 +105,25 @@ struct Band {
                     s[b] = fused(smooth_tap, after + before, s[b]);
                 }
             }
-            for (int b = 0; b < blocks; ++b) {
+            for (std::ptrdiff_t b = 0; b < blocks; ++b) {
                 d[b].store_unaligned(derivative + x + b * kLanes);
                 s[b].store_unaligned(smooth + x + b * kLanes);
             }
         }
     };
 
-    /// Gradients of columns [x, end) of row y, at most kBandColumns, from the filtered rows around it.
-    static void filter_columns(const BandJob& job, std::ptrdiff_t x, std::ptrdiff_t end, int y, float* gx, float* gy) {
-        along_row(x, end, ColumnPass{job, y, x, gx, gy});
-    }
-
+    /// Gradients of columns from `first` on of row y, at most kBandColumns, from the filtered rows around it.
     struct ColumnPass {
         const BandJob& job;
         int y;
         std::ptrdiff_t first;
         float *gx, *gy;
 
-        template <int blocks>
+        template <std::ptrdiff_t blocks>
         void block(std::ptrdiff_t x) const {
             Floats smooth_of_derivative[blocks], derivative_of_smooth[blocks];
             const float* centre = row_filtered(job, 0, y) + x;
-            for (int b = 0; b < blocks; ++b) {
+            for (std::ptrdiff_t b = 0; b < blocks; ++b) {
                 smooth_of_derivative[b] = Floats(job.smooth[0]) * Floats::load_unaligned(centre + b * kLanes);
                 derivative_of_smooth[b] = Floats(0.F);
             }
@@ -136,7 +132,7 @@ struct Band {
                 const float* before = centre - (y > k ? k : y) * filtered_stride(job);
                 const float* after = centre + (y + k < job.height ? k : job.height - 1 - y) * filtered_stride(job);
                 const Floats derivative_tap(job.derivative[k]), smooth_tap(job.smooth[k]);
-                for (int b = 0; b < blocks; ++b, before += kLanes, after += kLanes) {
+                for (std::ptrdiff_t b = 0; b < blocks; ++b, before += kLanes, after += kLanes) {
                     const Floats d = Floats::load_unaligned(after) + Floats::load_unaligned(before);
                     const Floats s =
                         Floats::load_unaligned(after + to_smooth) - Floats::load_unaligned(before + to_smooth);
@@ -144,7 +140,7 @@ struct Band {
                     derivative_of_smooth[b] = fused(derivative_tap, s, derivative_of_smooth[b]);
                 }
             }
-            for (int b = 0; b < blocks; ++b) {
+            for (std::ptrdiff_t b = 0; b < blocks; ++b) {
                 smooth_of_derivative[b].store_unaligned(gx + x - first + b * kLanes);
                 derivative_of_smooth[b].store_unaligned(gy + x - first + b * kLanes);
             }
@@ -157,7 +153,7 @@ struct Band {
         for (std::ptrdiff_t first = 0; first < job.stride; first += kBandColumns) {
             const std::ptrdiff_t end = first + kBandColumns < job.stride ? first + kBandColumns : job.stride;
             for (int y = job.y0; y < job.y1; ++y) {
-                filter_columns(job, first, end, y, gx, gy);
+                along_row(first, end, ColumnPass{job, y, first, gx, gy});
                 for (std::ptrdiff_t x = first; x < end; x += 16) {
                     const std::ptrdiff_t at = y * job.stride + x;
                     along_x.add(gx + x - first, job.fixed[0] + at, job.weights + at);

@@ -87,8 +87,9 @@ void store_derivatives(const CastJob& job, int axis, const Packet& packet) {
     const FrameDerivatives& d = *job.derivatives;
     float u[count], v[count], per_ray[count], scale[count], image[count];
     for (int i = 0; i < count; ++i) {
-        u[i] = static_cast<float>(packet.x + i % width);
-        v[i] = static_cast<float>(packet.y + i / width);
+        const int x = packet.x + i % width, y = packet.y + i / width;
+        u[i] = static_cast<float>(x);
+        v[i] = static_cast<float>(y);
         per_ray[i] = 1 / (static_cast<float>(job.direction[axis]) + u[i] * static_cast<float>(job.step_u[axis]) +
                           v[i] * static_cast<float>(job.step_v[axis]));
         scale[i] = packet.mm_per_plane[i] * job.layouts[axis].unit_per_mm;

@@ -149,7 +149,7 @@ private:
         Samples(const Packet& packet, const SlabPart& part) {
             const __m512d begin = _mm512_set1_pd(part.begin), end = _mm512_set1_pd(part.end);
             __m256 planes[2], rows[2], columns[2], steps[3][2], counts[2], per_planes[2], firsts[2];
-            for (int h = 0; h < 2; ++h) {
+            for (std::ptrdiff_t h = 0; h < 2; ++h) {
                 const auto load = [h](const double* values) { return _mm512_load_pd(values + 8 * h); };
                 const __m512d start = load(packet.start[0]), step = load(packet.step[0]);
                 const __m512d inverse = _mm512_div_pd(_mm512_set1_pd(1), step);

@@ -103,7 +103,8 @@ void store_trilinear_derivatives(const CastJob& job, int axis, const Packet& pac
         for (int k = 0; k < 3; ++k) {
             const int a = kAxisOrder[axis][k];
             for (int i = 0; i < count; ++i) {
-                const float u = static_cast<float>(packet.x + i % width), v = static_cast<float>(packet.y + i / width);
+                const int x = packet.x + i % width, y = packet.y + i / width;
+                const float u = static_cast<float>(x), v = static_cast<float>(y);
                 const float dray = d.direction[p][a] + u * d.step_u[p][a] + v * d.step_v[p][a];
                 image[i] +=
                     packet.gradient[k][i] * d.source[p][a] + packet.depth_per_step[i] * packet.moment[k][i] * dray;
