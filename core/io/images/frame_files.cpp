@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <regex>
 
 #include "core/base/error.h"
 #include "core/io/files/text.h"
@@ -24,13 +23,17 @@ struct Numbered {
     std::size_t least_digits = 1;
 };
 
+/// At the first %d, %4d or %04d.
 std::optional<Numbered> numbered(const std::string& name) {
-    static const std::regex kNumber("%(0?[1-9])?d");
-    std::smatch found;
-    if (!std::regex_search(name, found, kNumber)) return std::nullopt;
-    Numbered parts{found.prefix(), found.suffix()};
-    if (found[1].matched) parts.least_digits = static_cast<std::size_t>(found[1].str().back() - '0');
-    return parts;
+    for (std::size_t at = name.find('%'); at != std::string::npos; at = name.find('%', at + 1)) {
+        std::size_t end = at + 1;
+        if (name.compare(end, 1, "0") == 0) ++end;
+        const bool has_width = end < name.size() && is_digit(name[end]) && name[end] != '0';
+        if (!has_width) end = at + 1;  // a 0 alone is no width
+        const auto least_digits = has_width ? static_cast<std::size_t>(name[end++] - '0') : 1;
+        if (name.compare(end, 1, "d") == 0) return Numbered{name.substr(0, at), name.substr(end + 1), least_digits};
+    }
+    return std::nullopt;
 }
 
 std::optional<int> number_of(const std::string& digits) {

@@ -54,6 +54,8 @@ TEST_F(FrameFiles, PatternsListNumbersInTheirNaturalOrder) {
     frame("sub/a7.tif", 1);
     frame("sub/b11.tif", 1);
     EXPECT_THAT(numbers("sub"), ElementsAre(7, 11)) << "a folder is all of its files";
+    frame("50%0d%%.12.tif", 1);
+    EXPECT_THAT(numbers("50%0d%%.%2d.tif"), ElementsAre(12)) << "other percent signs are as they stand";
 }
 
 TEST_F(FrameFiles, AFileWithSeveralFramesIsASequence) {
