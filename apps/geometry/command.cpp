@@ -170,7 +170,8 @@ void add_geometry_command(CLI::App& app, Job& job) {
     CLI::App& command = *app.add_subcommand("geometry", "Explain and convert the geometry of X-ray views");
     command
         .add_option("files", options->files,
-                    "views.json, MayaCam 1 or 2, RTK XML, plastimatch matrix, OpenCV YAML, DICOM X-ray")
+                    "views.json, MayaCam 1 or 2, RTK XML, plastimatch matrix, OpenCV YAML, DICOM X-ray,\n"
+                    "JointTrack calibration, Autoscoper trial")
         ->required()
         ->option_text("FILE ... (required)");
     describe(command.add_option("--size", options->size, "Image size in pixels; default the file's own"),
@@ -194,6 +195,7 @@ void add_geometry_command(CLI::App& app, Job& job) {
     finish_command(command,
                    "  raylign geometry cam01.txt cam02.txt\n"
                    "  raylign geometry scan.xml --size 512,512 --pixel-pitch 0.8,0.8 -o views.json\n"
+                   "  raylign geometry calibration.txt --size 1024,1024 -o views.json\n"
                    "  raylign geometry views.json -o geometry.xml");
     command.callback([options, &job] { job = [options](const Invocation&) { return run_geometry(*options); }; });
 }

@@ -47,6 +47,8 @@ std::string flip_text(ImageFlip flip) {
 
 std::string isocentre_lines(const ViewGeometry& view) {
     const std::optional<double> depth = isocentre_depth_mm(view);
+    constexpr double kAtSource_mm = 1e-6;
+    if (source_world_mm(view).norm() < kAtSource_mm) return view_line("isocentre", "the world's origin is the source");
     if (!depth) return view_line("isocentre", "the world's origin lies BEHIND the source: mirrored, or another world?");
     const Eigen::Vector2d field = field_mm(view, *depth);
     const Eigen::Vector2d pixel = project(view, Eigen::Vector3d::Zero());

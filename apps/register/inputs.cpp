@@ -45,7 +45,7 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     append(inputs.notes, volume.notes);
     stop_if_interrupted();
 
-    FirstGuess guess = first_guess(options.start, inputs.volume.grid, views);
+    FirstGuess guess = first_guess(options.start, inputs.volume.grid, views, {0, 0, "", volume.file_grid});
     inputs.start_world_from_ct = guess.world_from_ct;
     append(inputs.files, guess.files);
     append(inputs.notes, guess.notes);

@@ -17,6 +17,7 @@ using Job = std::function<int(const Invocation&)>;
 void add_register_command(CLI::App& app, Job& job);
 void add_drr_command(CLI::App& app, Job& job);
 void add_geometry_command(CLI::App& app, Job& job);
+void add_poses_command(CLI::App& app, Job& job);
 void add_info_command(CLI::App& app, Job& job);
 void add_phantom_command(CLI::App& app, Job& job);
 void add_track_command(CLI::App& app, Job& job);

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/text.h"
+#include "core/io/poses/pose_file.h"
 #include "raylign/io/landmarks.h"
 #include "raylign/io/pose.h"
 #include "raylign/start.h"
@@ -105,12 +106,48 @@ FirstGuess guess_by_dicom(const VoxelGrid& grid, const ViewsFile& views) {
     return guess;
 }
 
+const PoseSequence& sequence_of(const std::vector<PoseSequence>& sequences, const std::string& object,
+                                const std::filesystem::path& file) {
+    const auto found = std::ranges::find(sequences, object, &PoseSequence::object);
+    if (found != sequences.end()) return *found;
+    if (sequences.size() == 1) return sequences.front();
+    throw bad_value("object of the start", object.empty() ? "none" : object,
+                    "one of " + joined(sequences, &PoseSequence::object, ", "), file.string());
+}
+
+RigidTransform only_pose(const PoseSequence& sequence, const std::filesystem::path& file) {
+    if (sequence.frames.size() == 1 && sequence.frames.front().world_from_ct) {
+        return *sequence.frames.front().world_from_ct;
+    }
+    throw bad_value("poses of the start", std::to_string(sequence.frames.size()),
+                    "1 here: take one out by raylign poses FILE --frame N -o pose.json", file.string());
+}
+
+/// The pose of the frame that is registered first.
+RigidTransform read_start(const std::filesystem::path& file, const StartFrame& frame) {
+    const PoseFileFormat format = pose_file_format(file);
+    if (format == PoseFileFormat::single) return read_pose(file);
+    const std::vector<PoseSequence> sequences = read_pose_file(file, {.shown_grids = {frame.shown_grid}, .tra = {}});
+    const PoseSequence& sequence = sequence_of(sequences, frame.object, file);
+    if (frame.line == 0) return only_pose(sequence, file);
+    const bool is_numbered = format == PoseFileFormat::trajectory;
+    const int wanted = is_numbered ? frame.number : frame.line;
+    for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+        const int at = is_numbered ? sequence.frames[i].frame : static_cast<int>(i) + 1;
+        if (at == wanted && sequence.frames[i].world_from_ct) return *sequence.frames[i].world_from_ct;
+    }
+    throw Error(file.string() + " has no pose for the first frame, " + std::to_string(frame.number) +
+                (is_numbered ? "" : " (its row " + std::to_string(wanted) + ")") +
+                ": begin at a frame that has one (--first N), or give another start");
+}
+
 }  // namespace
 
-FirstGuess first_guess(const StartFlags& flags, const VoxelGrid& grid, const ViewsFile& views) {
+FirstGuess first_guess(const StartFlags& flags, const VoxelGrid& grid, const ViewsFile& views,
+                       const StartFrame& frame) {
     if (!flags.landmarks.empty()) return guess_by_landmarks(flags, views);
     if (flags.pose == "dicom") return guess_by_dicom(grid, views);
-    if (!flags.pose.empty()) return {read_pose(flags.pose), {}, {flags.pose}};
+    if (!flags.pose.empty()) return {read_start(flags.pose, frame), {}, {flags.pose}};
     const bool all_dicom = std::ranges::all_of(views.origins, &ViewOrigin::is_dicom_geometry);
     if (all_dicom) return guess_by_dicom(grid, views);
     return {

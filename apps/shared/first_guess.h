@@ -18,9 +18,18 @@ struct FirstGuess {
     std::vector<std::filesystem::path> files;
 };
 
+/// Which pose of a file with several (.tra, .jts, trajectory.csv, XMALab's CSV) is the start.
+struct StartFrame {
+    int number = 0;        ///< of the frame, in files that number them; 0 = the only pose of the file
+    int line = 0;          ///< of the others, from 1; 0 = the only pose of the file
+    std::string object;    ///< in files with several
+    VoxelGrid shown_grid;  ///< of the volume file, for .tra
+};
+
 /// The pose file, the pose by landmarks (core/start/landmark_pose.h), the one that DICOM geometry tells (the
 /// CT's axes along the world's; its centre where the central rays meet, or the plan's isocentre in the world's origin),
 /// or without flags default_start.
-[[nodiscard]] FirstGuess first_guess(const StartFlags& flags, const VoxelGrid& grid, const ViewsFile& views);
+[[nodiscard]] FirstGuess first_guess(const StartFlags& flags, const VoxelGrid& grid, const ViewsFile& views,
+                                     const StartFrame& frame = {});
 
 }  // namespace raylign::detail::apps

@@ -8,6 +8,7 @@
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
 #include "core/io/files/json_node.h"
+#include "core/io/poses/autoscoper_trial.h"
 #include "core/registration/object/pose_space.h"
 
 namespace raylign::detail::apps {
@@ -20,6 +21,12 @@ double usual_step(const std::vector<FrameSet>& frames) {
     if (steps.empty()) return 1;
     std::ranges::sort(steps);
     return steps[steps.size() / 2];
+}
+
+/// The line of the first planned frame in a table of poses: its place among all frames of the first view.
+int line_of_first_frame(const TrackInputs& inputs) {
+    const auto is_before = [&](const FrameFile& frame) { return frame.number < inputs.frames.front().number; };
+    return 1 + static_cast<int>(std::ranges::count_if(inputs.views.origins.front().frames, is_before));
 }
 
 /// Numbers that a view lacks, for the notes: gaps are flagged, but people should hear of them before a long run.
@@ -37,11 +44,13 @@ TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
     TrackObject object{.name = flags.name};
     VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
     object.volume = std::move(volume.volume);
-    object.file_grid = volume.file_grid;
+    object.file_grid = volume.file_grid;  // for .tra: as Autoscoper shows the volume
+    object.volume.grid = detail::flipped_grid(object.volume.grid, volume.file_grid, flags.flips);
     append_new(inputs.files, volume.files);
     for (std::string& note : volume.notes) note = flags.name + ": " + note;
     append_new(inputs.notes, volume.notes);
-    FirstGuess guess = first_guess({flags.start, {}, {}}, object.volume.grid, inputs.views);
+    const StartFrame first{inputs.frames.front().number, line_of_first_frame(inputs), flags.name, volume.file_grid};
+    FirstGuess guess = first_guess({flags.start, {}, {}}, object.volume.grid, inputs.views, first);
     object.start_world_from_ct = guess.world_from_ct;
     append_new(inputs.files, guess.files);
     for (std::string& note : guess.notes) note = flags.name + ": " + note;

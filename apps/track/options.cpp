@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/files/text.h"
+#include "core/io/poses/autoscoper_trial.h"
 #include "core/io/views/view_files.h"
 
 namespace raylign::detail::apps {
@@ -41,7 +42,7 @@ ObjectFlags object_of(const std::string& argument, const TrackCommandOptions& op
     if (!detail::is_view_name(name)) {
         throw bad_value("name of --bone", name, "letters, digits, '_', '-' or '.' (it becomes part of file names)");
     }
-    ObjectFlags object{name, options.volume, "", ""};
+    ObjectFlags object{name, options.volume, "", "", {}};
     const std::vector<int> labels = labels_in(value);
     if (!object.volume.labels.empty() && !labels.empty()) {
         if (object.volume.file.empty()) throw Error("--bone " + argument + ": its CT is missing: give -v FILE");
@@ -53,6 +54,41 @@ ObjectFlags object_of(const std::string& argument, const TrackCommandOptions& op
     }
     object.volume.file = value;
     return object;
+}
+
+/// A file's name as an object's: what cannot stand in names of files becomes '_'.
+std::string object_name(const std::filesystem::path& file) {
+    std::string name = file.stem().string().substr(0, 64);
+    for (char& c : name) {
+        if (!detail::is_view_name(std::string("x") + c)) c = '_';
+    }
+    return detail::is_view_name(name) ? name : "object";
+}
+
+/// The volumes of the Autoscoper trials among the views; none where there is no trial.
+std::vector<ObjectFlags> trial_objects(const TrackCommandOptions& options) {
+    std::vector<ObjectFlags> objects;
+    for (const std::string& argument : options.views.files) {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(argument, ignored) || !detail::is_autoscoper_trial(argument)) continue;
+        for (const detail::TrialVolume& volume : detail::read_autoscoper_trial(argument).volumes) {
+            ObjectFlags object{object_name(volume.file), options.volume, "", "", volume.flips};
+            object.volume.file = volume.file;
+            const Eigen::Vector3d& size = volume.voxel_mm;
+            object.volume.spacing = detail::number_text(size.x()) + "," + detail::number_text(size.y()) + "," +
+                                    detail::number_text(size.z());
+            const bool is_flipped = volume.flips != std::array<bool, 3>{};
+            if (is_flipped && !(object.volume.object.empty() && object.volume.labels.empty())) {
+                throw Error("--object and --labels are in the coordinates of a volume as stored, and " + argument +
+                            " flips " + volume.file.string() + ": cut the object out of the file");
+            }
+            if (find(objects, object.name) != nullptr) {
+                throw bad_value("volume of " + argument, object.name, "called differently than the others");
+            }
+            objects.push_back(std::move(object));
+        }
+    }
+    return objects;
 }
 
 void take_starts(const TrackCommandOptions& options, std::vector<ObjectFlags>& objects) {
@@ -81,10 +117,11 @@ void take_starts(const TrackCommandOptions& options, std::vector<ObjectFlags>& o
 
 std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options) {
     std::vector<ObjectFlags> objects;
-    if (options.bones.empty()) {
+    if (options.bones.empty() && options.volume.file.empty()) objects = trial_objects(options);
+    if (options.bones.empty() && objects.empty()) {
         if (options.volume.file.empty()) throw Error("no CT: give -v FILE, or --bone NAME=FILE");
-        objects.push_back({"object", options.volume, "", ""});
-    } else if (!options.volume.label.empty()) {
+        objects.push_back({"object", options.volume, "", "", {}});
+    } else if (!options.bones.empty() && !options.volume.label.empty()) {
         throw Error("--label contradicts --bone: name the labels as --bone NAME=LABEL");
     }
     for (const std::string& argument : options.bones) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,10 +38,13 @@ struct ObjectFlags {
     VolumeFlags volume;
     std::string start;  ///< file, "dicom", or "" = none
     std::string axes;   ///< file, or "" = none
+    /// Of the volume, as an Autoscoper trial says it: columns, rows, pages that it shows reversed.
+    std::array<bool, 3> flips = {false, false, false};
 };
 
-/// The objects in the order of the command line. Throws Error for names that are none, stand twice or are unknown, and
-/// for flags that contradict each other; no file is read.
+/// The objects in the order of the command line; where it names none, the volumes of an Autoscoper trial among the
+/// views, called like their files. Throws Error for names that are none, stand twice or are unknown, and for flags that
+/// contradict each other; no file but a trial is read.
 [[nodiscard]] std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options);
 
 /// Pairs of positions among `objects`. Throws Error for unknown and equal names.

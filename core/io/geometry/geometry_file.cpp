@@ -25,6 +25,10 @@ std::string_view format_name(GeometryFormat format) {
             return "OpenCV YAML";
         case GeometryFormat::dicom:
             return "DICOM";
+        case GeometryFormat::jointtrack:
+            return "JointTrack calibration";
+        case GeometryFormat::autoscoper:
+            return "Autoscoper trial";
     }
     return {};
 }
@@ -43,6 +47,8 @@ GeometryFormat geometry_format_of(const std::filesystem::path& path) {
     if (first.starts_with('<')) return GeometryFormat::rtk;
     if (first.starts_with("%YAML") || mentions("opencv-matrix")) return GeometryFormat::opencv;
     if (detail::lower_case(first) == "image size") return GeometryFormat::mayacam2;
+    if (first.starts_with("JT_INTCALIB") || first.starts_with("JTA_INTCALIB")) return GeometryFormat::jointtrack;
+    if (mentions("mayaCam_csv")) return GeometryFormat::autoscoper;
     const auto commas = std::ranges::count(first, ',');
     if (lines.size() == 5 && commas >= 2) return GeometryFormat::mayacam1;
     const std::string extension = detail::lower_case(path.extension().string());
@@ -51,9 +57,11 @@ GeometryFormat geometry_format_of(const std::filesystem::path& path) {
         (commas == 0 && lines.size() >= 7 && detail::number_from(first.substr(0, first.find_first_of(" \t"))))) {
         return GeometryFormat::plastimatch;
     }
-    throw bad_value("geometry format", "unknown",
-                    "views.json, MayaCam 1 or 2, RTK XML, plastimatch's matrix, OpenCV YAML or a DICOM X-ray",
-                    path.string());
+    throw bad_value(
+        "geometry format", "unknown",
+        "views.json, MayaCam 1 or 2, RTK XML, plastimatch's matrix, OpenCV YAML, JointTrack's calibration, an "
+        "Autoscoper trial or a DICOM X-ray",
+        path.string());
 }
 
 std::vector<GeometryView> read_geometry(const std::filesystem::path& path, const GeometryHints& hints) {
@@ -70,6 +78,10 @@ std::vector<GeometryView> read_geometry(const std::filesystem::path& path, const
             return detail::read_opencv(path, hints);
         case GeometryFormat::dicom:
             return detail::read_dicom_geometry(path, hints);
+        case GeometryFormat::jointtrack:
+            return detail::read_jointtrack(path, hints);
+        case GeometryFormat::autoscoper:
+            return detail::read_autoscoper_cameras(path, hints);
     }
     return {};
 }

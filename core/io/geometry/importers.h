@@ -35,6 +35,17 @@ namespace raylign::detail {
 /// image_height; x_camera = R x_world + T, pixel centres at integers. Distortion must be 0.
 [[nodiscard]] std::vector<GeometryView> read_opencv(const std::filesystem::path& path, const GeometryHints& hints);
 
+/// JointTrack's calibration (JT_INTCALIB or JTA_INTCALIB): principal distance, x and y of the principal point from the
+/// image's middle, pixel size, all in mm. With integer pixel centres, i to the right and j upwards from the last row,
+///   i = W / 2 + (x_offset - distance X / Z) / pixel, j = H / 2 + (y_offset - distance Y / Z) / pixel
+/// in JointTrack's world: the source in the origin, X to the right, Y up, Z from the image to the source. The size is
+/// not in the file. Calibrations of two planes are refused. Source: JTML, ParseCalibration and RenderEngine.
+[[nodiscard]] std::vector<GeometryView> read_jointtrack(const std::filesystem::path& path, const GeometryHints& hints);
+
+/// The cameras of an Autoscoper trial (mayaCam_csv, MayaCam 1 or 2), called like their files.
+[[nodiscard]] std::vector<GeometryView> read_autoscoper_cameras(const std::filesystem::path& path,
+                                                                const GeometryHints& hints);
+
 /// The tags of a DICOM X-ray (XA, RF, DX, CR) or RT Image: see dicom_geometry.cpp.
 [[nodiscard]] std::vector<GeometryView> read_dicom_geometry(const std::filesystem::path& path,
                                                             const GeometryHints& hints);

@@ -14,6 +14,7 @@
 #include "core/io/files/output.h"
 #include "core/io/files/text.h"
 #include "core/io/images/quiet_itk.h"
+#include "raylign/io/trajectory.h"
 
 namespace raylign {
 using namespace detail;
@@ -86,6 +87,17 @@ std::string json_text_of(const RigidTransform& world_from_ct) {
     return detail::json_text({{"raylign", 1}, {"world_from_ct", rows}});
 }
 
+/// Of a table of poses with one row.
+RigidTransform only_pose(const std::filesystem::path& path) {
+    const PoseSequence sequence = read_jointtrack_poses(path);
+    if (sequence.frames.size() == 1 && sequence.frames.front().world_from_ct) {
+        return *sequence.frames.front().world_from_ct;
+    }
+    throw bad_value("poses", std::to_string(sequence.frames.size()),
+                    "1 here: take one out by raylign poses " + path.filename().string() + " --frame N -o pose.json",
+                    path.string());
+}
+
 }  // namespace
 
 RigidTransform read_pose(const std::filesystem::path& path) {
@@ -98,7 +110,9 @@ RigidTransform read_pose(const std::filesystem::path& path) {
     if (extension == ".h5" || extension == ".hdf5") {
         return inverse(pose_from_itk(path, *itk::HDF5TransformIOTemplate<double>::New()));
     }
-    throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5 or .hdf5", path.string());
+    if (extension == ".jts" || extension == ".jtak" || extension == ".jta") return only_pose(path);
+    throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5, .hdf5, .jts, .jtak or .jta",
+                    path.string());
 }
 
 void write_pose(const std::filesystem::path& path, const RigidTransform& world_from_ct) {

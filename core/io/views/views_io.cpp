@@ -6,6 +6,7 @@
 #include "core/base/text.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/text.h"
+#include "core/io/poses/autoscoper_trial.h"
 #include "core/io/views/view_files.h"
 #include "core/io/views/views_geometry.h"
 
@@ -196,8 +197,15 @@ std::pair<std::filesystem::path, std::filesystem::path> split_argument(const std
     return {argument.substr(0, equals), argument.substr(equals + 1)};
 }
 
+void append_trial(const std::filesystem::path& path, const std::filesystem::path& image,
+                  const ViewsReadOptions& options, ViewsFile& result);
+
 void append_geometry_file(const std::filesystem::path& path, const std::filesystem::path& image,
                           const ViewsReadOptions& options, ViewsFile& result) {
+    if (detail::is_autoscoper_trial(path)) {
+        append_trial(path, image, options, result);
+        return;
+    }
     ViewFiles files;
     files.intensity.auto_mask = options.auto_mask;
     files.image = image;
@@ -226,6 +234,31 @@ void append_geometry_file(const std::filesystem::path& path, const std::filesyst
         const std::string name = view_name_of(view.name);
         for (const std::string& assumption : view.assumptions) result.notes.push_back(name + ": " + assumption);
         detail::append_view(name, view, pixels, files, path.string(), result);
+    }
+}
+
+/// The image of a camera at one instant: the only one of its folder.
+std::string only_image(const detail::TrialCamera& camera, const std::filesystem::path& trial) {
+    const std::vector<FrameFile> frames = list_frames(camera.frames);
+    if (frames.size() == 1) return frames.front().file.string();
+    throw Error(trial.string() + ": " + camera.frames.string() + " has " + std::to_string(frames.size()) +
+                " images, and one instant is needed here: name one image for each camera, as --views " +
+                camera.mayacam.string() + "=IMAGE");
+}
+
+/// Each camera with its sequence, as if they were named on the command line.
+void append_trial(const std::filesystem::path& path, const std::filesystem::path& image,
+                  const ViewsReadOptions& options, ViewsFile& result) {
+    if (!image.empty()) {
+        throw bad_value("views", path.string() + "=" + image.string(),
+                        "a trial without \"=IMAGE\": it names its cameras' folders itself");
+    }
+    result.files.push_back(path);
+    for (const detail::TrialCamera& camera : detail::read_autoscoper_trial(path).cameras) {
+        std::filesystem::path images;
+        if (options.images == ReadImages::frames) images = camera.frames;
+        if (options.images == ReadImages::required) images = only_image(camera, path);
+        append_geometry_file(camera.mayacam, images, options, result);
     }
 }
 

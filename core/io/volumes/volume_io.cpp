@@ -10,6 +10,7 @@
 #include "core/io/files/text.h"
 #include "core/io/images/raster.h"
 #include "core/io/volumes/object_region.h"
+#include "core/io/volumes/volume_grid.h"
 #include "raylign/intensity.h"
 #include "raylign/rigid_transform.h"
 
@@ -241,6 +242,16 @@ VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOption
     file.file_grid = file.volume.grid;
     if (!options.object.is_whole()) detail::keep_object(options, file);
     return file;
+}
+
+VoxelGrid detail::read_volume_grid(const std::filesystem::path& path, const VolumeReadOptions& options) {
+    if (std::filesystem::is_directory(path)) return read_series(path, options).volume.grid;
+    VoxelGrid grid;
+    (void)read_raster(path, [&](const Raster& header) {
+        check_volume(header, path);
+        grid = grid_of(header, options, path);
+    });
+    return grid;
 }
 
 LabelMap read_label_map(const std::filesystem::path& path, const VoxelGrid& like) {

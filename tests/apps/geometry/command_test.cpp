@@ -90,6 +90,14 @@ TEST_F(GeometryCommand, ConvertsThroughEveryFormatAndBack) {
     }
 }
 
+TEST_F(GeometryCommand, JointTrackHasTheSourceInTheOrigin) {
+    write_text_file(folder.path("c.txt"), "JT_INTCALIB\n1000\n10\n-5\n0.5\n");
+    const ProgramResult result = run_raylign({"geometry", folder.path("c.txt"), "--size", "200,100"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, AllOf(HasSubstr("c  (JointTrack calibration"), HasSubstr("sdd 1000.000 mm"),
+                                  HasSubstr("the world's origin is the source")));
+}
+
 TEST_F(GeometryCommand, FaultsAreUsageErrors) {
     const auto message = [&](std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), "geometry");

@@ -198,6 +198,8 @@ def check_track(run, check, work, backend):
     check.folder(work / "track", objects=("hip", "knee"))
     check.json("track.json", (work / "track/track.json").read_text())
     check.csv("trajectory.csv", work / "track/trajectory.csv")
+    run("poses", "track/trajectory.csv", "-o", "poses.csv")
+    check.csv("trajectory.csv", work / "poses.csv")
     check.csv("joint_PROXIMAL_DISTAL.csv", work / "track/joint_hip_knee.csv")
 
 

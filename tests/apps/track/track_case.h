@@ -32,8 +32,9 @@ public:
 
     static const Eigen::Vector3d kFemurCentre, kTibiaCentre;  ///< in ct
 
-private:
     [[nodiscard]] Image xray(std::size_t view, int frame, bool with_tibia) const;
+
+private:
     [[nodiscard]] std::string name(const std::string& view, int frame) const;
 
     const TestFolder& folder_;

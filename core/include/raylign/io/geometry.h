@@ -40,15 +40,17 @@ struct GeometryView {
 };
 
 /// Of other tools' files.
-enum class GeometryFormat { mayacam1, mayacam2, rtk, plastimatch, opencv, dicom };
+enum class GeometryFormat { mayacam1, mayacam2, rtk, plastimatch, opencv, dicom, jointtrack, autoscoper };
 [[nodiscard]] std::string_view format_name(GeometryFormat format);
 
-/// Told by the contents: DICOM's mark, an XML root, the YAML directive, MayaCam 2's first line, MayaCam 1's five lines
-/// of three numbers, else plastimatch's numbers. Throws Error for a file that is none of these.
+/// Told by the contents: DICOM's mark, an XML root, the YAML directive, MayaCam 2's or JointTrack's first line, the
+/// keys of an Autoscoper trial, MayaCam 1's five lines of three numbers, else plastimatch's numbers. Throws Error for a
+/// file that is none of these.
 [[nodiscard]] GeometryFormat geometry_format_of(const std::filesystem::path& path);
 
-/// Reads MayaCam 1 or 2, RTK's XML, plastimatch's matrix text, OpenCV's YAML or the tags of a DICOM X-ray. Throws Error
-/// naming what is missing, what contradicts what, and images that would be mirrored (offering the flip that mends it).
+/// Reads MayaCam 1 or 2, RTK's XML, plastimatch's matrix text, OpenCV's YAML, JointTrack's calibration, the cameras of
+/// an Autoscoper trial or the tags of a DICOM X-ray. Throws Error naming what is missing, what contradicts what, and
+/// images that would be mirrored (offering the flip that mends it).
 [[nodiscard]] std::vector<GeometryView> read_geometry(const std::filesystem::path& path,
                                                       const GeometryHints& hints = {});
 

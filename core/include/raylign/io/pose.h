@@ -8,7 +8,8 @@
 
 namespace raylign {
 
-/// Reads world_from_ct from pose.json or an ITK transform file (.tfm, .txt, .h5; Euler3D, VersorRigid3D or Affine).
+/// Reads world_from_ct from pose.json, an ITK transform file (.tfm, .txt, .h5; Euler3D, VersorRigid3D or Affine), or
+/// JointTrack's .jts, .jtak or .jta with one pose (read_jointtrack_poses).
 /// ITK files hold the inverse of pose.json, ct_from_world: they map world points to ct points (both LPS, mm), as ITK
 /// and 3D Slicer expect. Resampling the CT with ITK by this file, or putting it under the transform in 3D Slicer, shows
 /// it where the X-rays saw it.

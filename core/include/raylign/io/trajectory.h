@@ -45,4 +45,53 @@ struct TrajectoryRow {
 /// ct coordinates from those of Autoscoper's volume frame.
 [[nodiscard]] RigidTransform ct_from_autoscoper(const VoxelGrid& grid);
 
+/// World_from_ct of one frame; none where the file says that there is no pose.
+struct FramePose {
+    int frame = 0;  ///< its number; in files without numbers: the line, from 1
+    std::optional<RigidTransform> world_from_ct;
+};
+
+/// The poses of one object as a file of another program lists them.
+struct PoseSequence {
+    std::string object;  ///< "" where the file does not name it
+    std::vector<FramePose> frames;
+};
+
+/// How the 16 numbers of a matrix follow each other.
+enum class MatrixOrder { rows, columns };
+
+/// What a .tra file does not say itself.
+struct TraReadOptions {
+    std::optional<MatrixOrder> order;  ///< default: told by where the last row, 0 0 0 1, stands; rows where both fit
+    double unit_mm = 1;                ///< millimetres per unit of length: 10 where it was exported in centimetres
+};
+
+/// Reads an Autoscoper .tra file in any form that it exports: 16 numbers (by rows or columns) or 6 (x, y, z, yaw,
+/// pitch, roll in degrees, R = Rz(yaw) Ry(pitch) Rx(roll)) a volume, with commas or blanks; a line with NaN has no
+/// pose. Its matrices map Autoscoper's frame of a volume (see tra_text) to the world. `grids`: of the volumes in a
+/// line, as Autoscoper shows them, flips done. Throws Error naming the line that is wrong. Source: Autoscoper's
+/// load_tracking_results and CoordFrame::from_xyzypr.
+[[nodiscard]] std::vector<PoseSequence> read_tra(const std::filesystem::path& path, std::span<const VoxelGrid> grids,
+                                                 const TraReadOptions& options = {});
+
+/// Reads JointTrack's poses (JT_EULER_312 in .jts; JTA_EULER_KINEMATICS in .jtak, JTA_EULER_POSE in .jta): a row a
+/// frame, x, y, z [mm] and the rotations z, x, y [degrees], R = Rz Rx Ry, from the model's own coordinates to
+/// JointTrack's world: the source in the origin, x to the right of the image, y up, z from the image to the source.
+/// That is the world of a view that is read from JointTrack's calibration. NOT_OPTIMIZED is a frame without a pose.
+/// Throws Error naming the line that is wrong. Source: JTML's pose_file_io and RenderEngine::SetPose.
+[[nodiscard]] PoseSequence read_jointtrack_poses(const std::filesystem::path& path);
+
+enum class JointTrackFlavour { jts, jtak };
+/// The text of such a file.
+[[nodiscard]] std::string jointtrack_text(const PoseSequence& sequence, JointTrackFlavour flavour);
+
+/// Reads XMALab's rigid body transformations (CSV): a row a frame, 16 numbers a body, the 4x4 matrix column by column
+/// with the translation in the cells 13 to 15; NaN has no pose. It maps the body's reference coordinates, those of its
+/// reference points, to the world of the cameras. With a heading (NAME_R11, ...) or without, with a first column of
+/// frames or without. Throws Error naming the line that is wrong. Source: XMALab's RigidBody::saveTransformations.
+[[nodiscard]] std::vector<PoseSequence> read_xmalab_bodies(const std::filesystem::path& path, double unit_mm = 1);
+
+/// Such a table of all bodies in one file, with a heading.
+[[nodiscard]] std::string xmalab_text(std::span<const PoseSequence> bodies);
+
 }  // namespace raylign

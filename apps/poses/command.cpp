@@ -1,0 +1,278 @@
+#include <algorithm>
+#include <array>
+#include <iostream>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/help.h"
+#include "apps/shared/parse.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/io/files/output.h"
+#include "core/io/files/text.h"
+#include "core/io/poses/autoscoper_trial.h"
+#include "core/io/poses/pose_file.h"
+#include "core/io/volumes/volume_grid.h"
+#include "raylign/io/pose.h"
+
+namespace raylign::detail::apps {
+namespace {
+
+enum class PosesOutput { trajectory, tra, jts, jtak, xmalab, pose };
+
+struct PosesOptions {
+    std::filesystem::path file, output;
+    std::string format;                ///< of the output; "" = by its extension
+    std::vector<std::string> volumes;  ///< FILE or NAME=FILE
+    std::filesystem::path trial;       ///< "" = none
+    std::string spacing;               ///< of TIFF volumes
+    std::string series;
+    std::string object;  ///< "" = all
+    std::optional<int> frame;
+    std::string order;  ///< of .tra: rows, columns; "" = told by the numbers
+    double unit_mm = 1;
+};
+
+/// A volume and where its voxels lie as Autoscoper shows it.
+struct NamedGrid {
+    std::string name;
+    VoxelGrid grid;
+};
+
+NamedGrid grid_of_volume(const std::string& argument, const PosesOptions& options) {
+    std::error_code ignored;
+    NamedGrid named{"", {}};
+    std::filesystem::path file = argument;
+    if (argument.find('=') != std::string::npos && !std::filesystem::exists(argument, ignored)) {
+        const auto [name, value] = split_named(argument, "--volume", "NAME=FILE");
+        named.name = name;
+        file = value;
+    }
+    VolumeReadOptions read;
+    read.series = options.series;
+    if (!options.spacing.empty()) read.spacing_mm = parse_triple(options.spacing, "--spacing");
+    named.grid = read_volume_grid(file, read);
+    if (named.name.empty()) named.name = file.stem().string();
+    return named;
+}
+
+std::vector<NamedGrid> grids_of(const PosesOptions& options) {
+    std::vector<NamedGrid> grids;
+    for (const std::string& argument : options.volumes) grids.push_back(grid_of_volume(argument, options));
+    if (!options.trial.empty()) {
+        for (const TrialVolume& volume : read_autoscoper_trial(options.trial).volumes) {
+            // As it is shown: in the frame of the flipped volume the voxels lie as in the file's own.
+            grids.push_back(
+                {volume.file.stem().string(), read_volume_grid(volume.file, {.spacing_mm = volume.voxel_mm})});
+        }
+    }
+    if (options.object.empty() || grids.size() < 2) return grids;
+    const auto found = std::ranges::find(grids, options.object, &NamedGrid::name);
+    if (found == grids.end()) {
+        throw bad_value("--object", options.object, "one of " + joined(grids, &NamedGrid::name, ", "));
+    }
+    return {*found};
+}
+
+std::vector<PoseSequence> read_poses(const PosesOptions& options, const std::vector<NamedGrid>& grids) {
+    PoseFileOptions read;
+    read.tra.unit_mm = options.unit_mm;
+    if (options.order == "rows") read.tra.order = MatrixOrder::rows;
+    if (options.order == "columns") read.tra.order = MatrixOrder::columns;
+    for (const NamedGrid& named : grids) read.shown_grids.push_back(named.grid);
+    if (pose_file_format(options.file) == PoseFileFormat::tra && grids.empty()) {
+        throw Error(options.file.string() +
+                    " tells poses in Autoscoper's frame of a volume: give --volume FILE (with --spacing for a TIFF) or "
+                    "--trial FILE.cfg");
+    }
+    std::vector<PoseSequence> sequences = read_pose_file(options.file, read);
+    for (std::size_t i = 0; i < sequences.size(); ++i) {
+        if (sequences[i].object.empty() && i < grids.size()) sequences[i].object = grids[i].name;
+    }
+    if (options.object.empty()) return sequences;
+    if (sequences.size() == 1) {
+        sequences.front().object = options.object;
+        return sequences;
+    }
+    const auto found = std::ranges::find(sequences, options.object, &PoseSequence::object);
+    if (found == sequences.end()) {
+        throw bad_value("--object", options.object, "one of " + joined(sequences, &PoseSequence::object, ", "));
+    }
+    return {*found};
+}
+
+PosesOutput output_of(const PosesOptions& options) {
+    constexpr std::array<std::pair<const char*, PosesOutput>, 6> kNames = {{{"trajectory", PosesOutput::trajectory},
+                                                                            {"tra", PosesOutput::tra},
+                                                                            {"jts", PosesOutput::jts},
+                                                                            {"jtak", PosesOutput::jtak},
+                                                                            {"xmalab", PosesOutput::xmalab},
+                                                                            {"pose", PosesOutput::pose}}};
+    std::string name = options.format;
+    const std::string extension = lower_case(options.output.extension().string());
+    if (name.empty() && !extension.empty()) name = extension.substr(1);
+    if (options.format.empty() && name == "csv") name = "trajectory";
+    if (options.format.empty() && (name == "json" || name == "tfm" || name == "txt")) name = "pose";
+    for (const auto& [word, output] : kNames) {
+        if (name == word) return output;
+    }
+    if (!options.format.empty()) {
+        throw bad_value("--format", options.format, "one of trajectory, tra, jts, jtak, xmalab, pose");
+    }
+    throw bad_value(
+        "-o", options.output.string(),
+        "a name ending in .csv (trajectory.csv, or XMALab's with --format xmalab), .tra, .jts, .jtak, .json "
+        "or .tfm");
+}
+
+/// Of formats that hold one object.
+const PoseSequence& only_object(const std::vector<PoseSequence>& sequences, const PosesOptions& options) {
+    if (sequences.size() == 1) return sequences.front();
+    throw Error(options.output.string() + " holds one object, and there are " + std::to_string(sequences.size()) +
+                ": choose by --object one of " + joined(sequences, &PoseSequence::object, ", "));
+}
+
+std::string tra_of(const PoseSequence& sequence, const std::vector<NamedGrid>& grids) {
+    const auto named = std::ranges::find(grids, sequence.object, &NamedGrid::name);
+    if (named == grids.end() && grids.size() != 1) {
+        throw Error("a .tra file is in Autoscoper's frame of a volume: give --volume " +
+                    (grids.empty() ? std::string("FILE") : sequence.object + "=FILE") + " or --trial FILE.cfg");
+    }
+    std::vector<std::optional<RigidTransform>> poses;
+    for (const FramePose& frame : sequence.frames) poses.push_back(frame.world_from_ct);
+    return tra_text(poses, named == grids.end() ? grids.front().grid : named->grid);
+}
+
+std::string table_text(PosesOutput output, const std::vector<PoseSequence>& sequences,
+                       const std::vector<NamedGrid>& grids, const PosesOptions& options) {
+    switch (output) {
+        case PosesOutput::tra:
+            return tra_of(only_object(sequences, options), grids);
+        case PosesOutput::jts:
+            return jointtrack_text(only_object(sequences, options), JointTrackFlavour::jts);
+        case PosesOutput::jtak:
+            return jointtrack_text(only_object(sequences, options), JointTrackFlavour::jtak);
+        case PosesOutput::xmalab:
+            return xmalab_text(sequences);
+        default:
+            break;
+    }
+    std::string text = trajectory_header({});
+    for (const TrajectoryRow& row : trajectory_rows(sequences)) text += trajectory_line(row, 0);
+    return text;
+}
+
+/// Keeps one frame of each object.
+void keep_frame(std::vector<PoseSequence>& sequences, int frame, const std::filesystem::path& file) {
+    for (PoseSequence& sequence : sequences) {
+        const auto found = std::ranges::find(sequence.frames, frame, &FramePose::frame);
+        if (found == sequence.frames.end()) {
+            throw bad_value("--frame", std::to_string(frame),
+                            "in [" + std::to_string(sequence.frames.front().frame) + ", " +
+                                std::to_string(sequence.frames.back().frame) + "]",
+                            file.string());
+        }
+        const FramePose kept = *found;
+        sequence.frames = {kept};
+    }
+}
+
+RigidTransform pose_to_write(const std::vector<PoseSequence>& sequences, const PosesOptions& options) {
+    const PoseSequence& sequence = only_object(sequences, options);
+    if (sequence.frames.size() != 1) {
+        throw Error(options.output.string() + " holds one pose, and there are " +
+                    std::to_string(sequence.frames.size()) + ": choose by --frame N");
+    }
+    const FramePose& frame = sequence.frames.front();
+    if (frame.world_from_ct) return *frame.world_from_ct;
+    throw Error(options.file.string() + " has no pose for frame " + std::to_string(frame.frame));
+}
+
+void print_summary(const std::vector<PoseSequence>& sequences) {
+    for (const PoseSequence& sequence : sequences) {
+        const auto poses = std::ranges::count_if(
+            sequence.frames, [](const FramePose& frame) { return frame.world_from_ct.has_value(); });
+        std::cout << (sequence.object.empty() ? "object" : sequence.object) << ": " << poses << " poses in "
+                  << sequence.frames.size() << " frames\n";
+    }
+}
+
+int run_poses(const PosesOptions& options) {
+    if (!options.order.empty() && options.order != "rows" && options.order != "columns") {
+        throw bad_value("--order", options.order, "rows or columns");
+    }
+    if (!(options.unit_mm > 0) || !(options.unit_mm <= 1000)) {
+        throw bad_value("--unit", number_text(options.unit_mm), "in (0, 1000] mm");
+    }
+    const PosesOutput output = output_of(options);
+    std::error_code missing;
+    if (std::filesystem::equivalent(options.file, options.output, missing)) {
+        throw Error("-o " + options.output.string() + ": would overwrite the input; give another name");
+    }
+    const std::vector<NamedGrid> grids = grids_of(options);
+    std::vector<PoseSequence> sequences = read_poses(options, grids);
+    if (options.frame) keep_frame(sequences, *options.frame, options.file);
+    if (output == PosesOutput::pose) {
+        write_pose(options.output, pose_to_write(sequences, options));
+    } else {
+        write_text(options.output, table_text(output, sequences, grids, options));
+    }
+    print_summary(sequences);
+    std::cout << "written " << options.output.string() << "\n";
+    return 0;
+}
+
+void add_poses_flags(CLI::App& command, PosesOptions& options) {
+    describe(command.add_option("-v,--volume", options.volumes,
+                                "Volume whose frame a .tra is told in; may be repeated, in the order of the file;\n"
+                                "default none"),
+             "[NAME=]FILE ...", kInputGroup);
+    describe(command.add_option("--trial", options.trial,
+                                "Autoscoper trial (.cfg) that names these volumes and their voxel sizes; default none"),
+             "FILE", kInputGroup);
+    describe(command.add_option("--spacing", options.spacing, "Voxel sides of TIFF volumes in mm; default the file's"),
+             "X,Y,Z", kInputGroup);
+    describe(command.add_option("--series", options.series,
+                                "Series of a DICOM folder, by UID or number; default the only one"),
+             "UID|N", kInputGroup);
+    describe(command.add_option("--order", options.order,
+                                "Matrices of a .tra by rows or columns; default told by their last row"),
+             "NAME", kInputGroup);
+    describe(command.add_option("--unit", options.unit_mm,
+                                "Millimetres per unit of length of a .tra or an XMALab table; default 1"),
+             "MM", kInputGroup);
+    describe(command.add_option("--object", options.object, "One object of several, or a name for it; default all"),
+             "NAME", kObjectGroup);
+    describe(command.add_option("--frame", options.frame, "One frame by its number, or its row; default all"), "N",
+             kObjectGroup);
+    describe(command
+                 .add_option("-o,--output", options.output,
+                             "Converted: .csv (trajectory.csv), .tra, .jts, .jtak; of one frame .json or .tfm")
+                 ->required(),
+             "FILE (required)", kOutputGroup);
+    describe(command.add_option("--format", options.format,
+                                "Of -o: trajectory, tra, jts, jtak, xmalab or pose; default by its extension"),
+             "NAME", kOutputGroup);
+}
+
+}  // namespace
+
+void add_poses_command(CLI::App& app, Job& job) {
+    const auto options = std::make_shared<PosesOptions>();
+    CLI::App& command = *app.add_subcommand("poses", "Convert poses and trajectories of other programs");
+    command
+        .add_option("file", options->file,
+                    "trajectory.csv, Autoscoper's .tra, JointTrack's .jts or .jtak, XMALab's rigid body CSV,\n"
+                    "pose.json, .tfm")
+        ->required()
+        ->option_text("FILE (required)");
+    add_poses_flags(command, *options);
+    finish_command(command,
+                   "  raylign poses fem.jts -o fem.csv\n"
+                   "  raylign poses fem.jts --frame 1 -o start.json\n"
+                   "  raylign poses radius.tra --volume radius.tif --spacing 0.4,0.4,0.625 -o trajectory.csv\n"
+                   "  raylign poses track/trajectory.csv --object radius --trial wrist.cfg -o radius.tra\n"
+                   "  raylign poses trajectory.csv -o bodies.csv --format xmalab");
+    command.callback([options, &job] { job = [options](const Invocation&) { return run_poses(*options); }; });
+}
+
+}  // namespace raylign::detail::apps
