@@ -23,7 +23,7 @@ only_in("[<\"](EGL|GL|KHR)/" backends/gl)
 only_in("[<\"](itk|gdcm|vnl)" core/io)
 only_in("[<\"]openssl/" core/io)
 only_in("[<\"]nlohmann/" core/io apps)
-only_in("[<\"](expat\\.h|yaml-cpp/)" core/io)
+only_in("[<\"](expat\\.h|hdf5\\.h|yaml-cpp/)" core/io)
 only_in("[<\"]CLI/" apps)
 only_in("<(iostream|cstdio|mutex)>" backends apps core/io)
 # The template search is work of its own, beside the backends; nothing else in core starts threads.
