@@ -7,6 +7,7 @@
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
 #include "core/io/poses/autoscoper_trial.h"
 #include "core/io/views/view_files.h"
@@ -72,6 +73,10 @@ std::vector<ObjectFlags> trial_objects(const TrackCommandOptions& options) {
         std::error_code ignored;
         if (!std::filesystem::is_regular_file(argument, ignored) || !detail::is_autoscoper_trial(argument)) continue;
         for (const detail::TrialVolume& volume : detail::read_autoscoper_trial(argument).volumes) {
+            if (detail::format_of(volume.file) != detail::FileFormat::tiff) {
+                throw bad_value("VolumeFile of " + argument, volume.file.string(),
+                                "a multi-page TIFF, as Autoscoper reads it; name others by --bone NAME=FILE");
+            }
             ObjectFlags object{object_name(volume.file), options.volume, "", "", volume.flips};
             object.volume.file = volume.file;
             const Eigen::Vector3d& size = volume.voxel_mm;

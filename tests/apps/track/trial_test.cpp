@@ -121,6 +121,15 @@ TEST_F(Trial, ItsCamerasAreViewsOfOtherCommands) {
     EXPECT_THAT(instant.err, HasSubstr("has 2 images, and one instant is needed"));
 }
 
+TEST_F(Trial, VolumesThatAutoscoperDoesNotReadAreRefused) {
+    write_text_file(folder.path("other.cfg"),
+                    "mayaCam_csv cam1.txt\nCameraRootDir cam1\nVolumeFile femur.mha\nVoxelSize 1 1 1\n");
+    const ProgramResult result =
+        run_raylign({"track", "--views", folder.path("other.cfg"), "-o", folder.path("track")});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("a multi-page TIFF"));
+}
+
 TEST_F(Trial, FaultsNameTheLine) {
     const auto message = [&](const std::string& text) {
         write_text_file(folder.path("bad.cfg"), text);
