@@ -170,6 +170,16 @@ std::string commands_text(const ImportedCase& imported, const WrittenView& view)
     return text;
 }
 
+/// Of the landmarks' bone, which lies still: in all views at once.
+std::string all_views_text(const ImportedCase& imported, const WrittenView& first) {
+    if (imported.views.size() < 2 || first.bones.empty()) return "";
+    const std::string& bone = first.bones.front();
+    const std::string targets = imported.landmarks.empty() ? "" : " --targets targets.json";
+    return "    raylign study -v ct.mha" + imported.volume_flags + labels_of_bone(imported, bone) +
+           " --views views.json --truth pose_" + first.name + "_" + bone + ".json" + targets + " -o study_all_" + bone +
+           "\n";
+}
+
 std::string case_readme(const ImportedCase& imported, const std::vector<WrittenView>& views) {
     std::string text = "# " + imported.title + "\n\nWritten by `raylign import`.\n\n## Files\n\n";
     text +=
@@ -193,7 +203,7 @@ std::string case_readme(const ImportedCase& imported, const std::vector<WrittenV
                 joined(view.remarks, "; ") + " |\n";
     }
     text += "\n## To go on, in this folder\n\n";
-    return text + commands_text(imported, views.front());
+    return text + commands_text(imported, views.front()) + all_views_text(imported, views.front());
 }
 
 bool is_number(const std::string& text) {

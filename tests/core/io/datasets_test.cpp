@@ -166,6 +166,7 @@ TEST_F(DeepFluoro, TheReadmeTellsWhatToHeed) {
     EXPECT_FALSE(std::filesystem::exists(in_case("pose_000_left-femur.json"))) << "no reference: too little is seen";
     EXPECT_THAT(text, HasSubstr("raylign study -v ct.mha --labels labels.mha --label 1 --views views_000.json --truth "
                                 "pose_000_pelvis.json --targets targets.json"));
+    EXPECT_THAT(text, HasSubstr("--views views.json --truth pose_000_pelvis.json --targets targets.json -o study_all"));
     EXPECT_THAT(text, HasSubstr("(0, 0)"));
 }
 
