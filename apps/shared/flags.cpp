@@ -62,9 +62,10 @@ void add_volume_flags(CLI::App& command, VolumeFlags& flags) {
 }
 
 void add_start_flags(CLI::App& command, StartFlags& flags) {
-    describe(command.add_option("--start", flags.pose,
-                                "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), or \"dicom\";\n"
-                                "default: CT centre where central rays meet, patient axes as world axes"),
+    describe(command.add_option(
+                 "--start", flags.pose,
+                 "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), .jts, .tra, or \"dicom\";\n"
+                 "default: CT centre where central rays meet, patient axes as world axes"),
              "FILE", kStartGroup);
     describe(command.add_option("--landmarks3d", flags.landmarks3d,
                                 "Points in the CT to start from: Markups JSON, .fcsv, CSV; default none"),
@@ -88,9 +89,10 @@ void add_truth_flags(CLI::App& command, TruthFlags& flags) {
 
 void add_views_flag(CLI::App& command, std::vector<std::string>& files, const std::string& what) {
     describe(command
-                 .add_option("--views", files,
-                             what + "; or geometry files (MayaCam, RTK,\n"
-                                    "plastimatch, OpenCV, DICOM), each FILE or FILE=IMAGE")
+                 .add_option(
+                     "--views", files,
+                     what + "; or geometry files (MayaCam, RTK,\n"
+                            "plastimatch, OpenCV, DICOM, JointTrack), each FILE or FILE=IMAGE; Autoscoper's trial.cfg")
                  ->required(),
              "FILE ... (required)", kInputGroup);
 }

@@ -191,11 +191,12 @@ void add_object_and_start_flags(CLI::App& command, TrackCommandOptions& options)
                                 "An object of its own CT, or of -v by label of --labels (3 or 3,4);\n"
                                 "may be repeated; default one, \"object\", of -v"),
              "NAME=FILE|LABELS ...", kObjectGroup);
-    describe(
-        command.add_option("--start", options.starts,
-                           "world_from_ct in the first frame: pose.json, .tfm or \"dicom\", for all objects or one;\n"
-                           "may be repeated; default: CT centre where central rays meet, patient axes"),
-        "[NAME=]FILE ...", kStartGroup);
+    describe(command.add_option(
+                 "--start", options.starts,
+                 "world_from_ct in the first frame, for all objects or one: pose.json, .tfm, trajectory.csv,\n"
+                 ".tra, .jts, XMALab's CSV or \"dicom\"; may be repeated;\n"
+                 "default: CT centre where central rays meet, patient axes"),
+             "[NAME=]FILE ...", kStartGroup);
 }
 
 void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
@@ -249,6 +250,7 @@ void add_track_command(CLI::App& app, Job& job) {
         "                --views views.json --frames AP=ap.dcm --frames LAT=lat.dcm --joint femur,tibia -o knee\n"
         "  raylign track -v ct.nii.gz --labels bones.nii.gz --bone femur=1 --bone tibia=2,3 --views views.json -o "
         "knee\n"
+        "  raylign track --views wrist.cfg --hu-offset -1024 --start radius=radius.tra -o wrist\n"
         "The first frame is registered as `register` does it, the next from where the last ones point to.\n"
         "A frame that one view lacks, or that is empty, is a flagged gap. Exit code 1: a frame is not ok.");
     command.callback([options, &job] {
