@@ -23,6 +23,14 @@ std::size_t Raster::pixel_count() const {
     return count;
 }
 
+void set_size(Raster& raster, const std::vector<int>& size) {
+    const auto dimensions = static_cast<Eigen::Index>(size.size());
+    raster.size = size;
+    raster.spacing_mm.assign(size.size(), 1);
+    raster.origin_mm.assign(size.size(), 0);
+    raster.direction = Eigen::MatrixXd::Identity(dimensions, dimensions);
+}
+
 std::string size_text(std::span<const int> size) {
     std::string text;
     for (const int n : size) {

@@ -20,9 +20,10 @@
 #include "core/io/dicom/dicom_tags.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
+#include "core/io/images/headered_file.h"
 #include "core/io/images/quiet_itk.h"
+#include "core/io/images/stored_pixels.h"
 #include "core/io/images/tiff_file.h"
-#include "core/io/volumes/nifti_check.h"
 
 namespace raylign::detail {
 namespace {
@@ -158,16 +159,14 @@ Raster header_of(const ImageIOBase& io, FileFormat format, const std::filesystem
     return raster;
 }
 
-/// A damaged header may ask for any amount of memory. Packed pixels cannot be 1032 times smaller (deflate's limit);
-/// detached headers (.mhd, .nhdr) and DICOM's own compressions are held to the absolute limit only.
+/// A damaged header may ask for any amount of memory. Packed pixels of a PNG cannot be 1032 times smaller (deflate's
+/// limit); DICOM's own compressions are held to the absolute limit only.
 void check_bytes(const Raster& raster, const std::filesystem::path& path) {
     constexpr double kLargest = 1e12, kDeflateLimit = 1100;
-    double needed = static_cast<double>(bytes_of(raster.type)) * raster.components;
-    for (const int n : raster.size) needed *= n;
-    const std::string extension = lower_case(path.extension().string());
-    const bool is_whole = extension == ".mha" || extension == ".nrrd" || extension == ".png";
+    const double needed = stated_bytes(raster);
     const auto file_bytes = static_cast<double>(std::filesystem::file_size(path));
-    if (needed <= (is_whole ? std::min(kLargest, kDeflateLimit * file_bytes) : kLargest)) return;
+    const bool is_png = raster.format == FileFormat::png;
+    if (needed <= (is_png ? std::min(kLargest, kDeflateLimit * file_bytes) : kLargest)) return;
     throw std::runtime_error("its header states " + size_text(raster.size) + " pixels, " + number_text(needed) +
                              " bytes, and the file has " + number_text(file_bytes));
 }
@@ -178,17 +177,9 @@ void set_whole_region(ImageIOBase& io) {
     io.SetIORegion(region);
 }
 
-void read_pixels(ImageIOBase& io, const QuietItk& quiet, Raster& raster) {
-    raster.bytes.resize(raster.pixel_count() * static_cast<std::size_t>(raster.components) * bytes_of(raster.type));
-    set_whole_region(io);
-    io.Read(raster.bytes.data());
-    // MetaIO reports short and undecodable data on std::cerr only, and goes on.
-    if (raster.format == FileFormat::meta && !quiet.text().empty()) throw std::runtime_error(quiet.text());
-}
-
+/// PNG and DICOM.
 Raster read_with_itk(const std::filesystem::path& path, FileFormat format,
                      const std::function<void(const Raster&)>& check) {
-    if (format == FileFormat::nifti) check_nifti(path);
     if (format == FileFormat::dicom) {
         const std::optional<DicomTags> tags = read_dicom_tags(path);
         if (!tags) throw std::runtime_error("DICOM's mark \"DICM\" is missing at byte 128");
@@ -196,16 +187,29 @@ Raster read_with_itk(const std::filesystem::path& path, FileFormat format,
     }
     const ImageIOBase::Pointer io = make_image_io(format);
     const QuietItk quiet;
-    const bool is_upper_case = format == FileFormat::meta && path.extension() != lower_case(path.extension().string());
-    // MetaImageIO goes by the extension, does not know .MHA and finds a wrong beginning later in any case.
-    if (!is_upper_case && !io->CanReadFile(path.c_str())) throw std::runtime_error("it does not begin like one");
+    if (!io->CanReadFile(path.c_str())) throw std::runtime_error("it does not begin like one");
     io->SetFileName(path.string());
     io->ReadImageInformation();
     Raster raster = header_of(*io, format, path);
     if (check) check(raster);
     check_bytes(raster, path);
-    read_pixels(*io, quiet, raster);
+    raster.bytes.resize(raster.pixel_count() * static_cast<std::size_t>(raster.components) * bytes_of(raster.type));
+    set_whole_region(*io);
+    io->Read(raster.bytes.data());
     return raster;
+}
+
+Raster read_as(FileFormat format, const std::filesystem::path& path, const std::function<void(const Raster&)>& check) {
+    switch (format) {
+        case FileFormat::nifti:
+        case FileFormat::meta:
+        case FileFormat::nrrd:
+            return read_headered(path, format, check);
+        case FileFormat::tiff:
+            return read_tiff(path, check);
+        default:
+            return read_with_itk(path, format, check);
+    }
 }
 
 void write_with_itk(const std::filesystem::path& path, const Raster& raster) {
@@ -258,9 +262,7 @@ Raster read_raster(const std::filesystem::path& path, const std::function<void(c
     }
     const std::string what =
         path.string() + " cannot be read as " + format_name(*format) + " (truncated, damaged or another format?)";
-    return with_errors(what, [&] {
-        return *format == FileFormat::tiff ? read_tiff(path, check) : read_with_itk(path, *format, check);
-    });
+    return with_errors(what, [&] { return read_as(*format, path, check); });
 }
 
 void write_raster(const std::filesystem::path& path, const Raster& raster) {

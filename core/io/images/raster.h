@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/io/files/file_format.h"
+#include "core/io/volumes/label_names.h"
 
 namespace raylign::detail {
 
@@ -25,17 +26,23 @@ struct Raster {
     std::vector<int> size;  ///< as many numbers as the file has dimensions, x first
     std::vector<double> spacing_mm;
     std::vector<double> origin_mm;
-    Eigen::MatrixXd direction;  ///< columns: axes
+    Eigen::MatrixXd direction;  ///< columns: unit axes, not always at right angles
     PixelType type = PixelType::u8;
-    int components = 1;            ///< numbers per pixel: 3 for RGB
-    bool white_is_zero = false;    ///< TIFF WhiteIsZero, DICOM MONOCHROME1
-    int bits_stored = 0;           ///< of integers; 0 where the file does not say
-    double inverted_sum = 0;       ///< not 0: the reader inverted the pixels, the file's are inverted_sum - pixel
-    std::vector<std::byte> bytes;  ///< x fastest
+    int components = 1;              ///< numbers per pixel: 3 for RGB
+    bool white_is_zero = false;      ///< TIFF WhiteIsZero, DICOM MONOCHROME1
+    int bits_stored = 0;             ///< of integers; 0 where the file does not say
+    double inverted_sum = 0;         ///< not 0: the reader inverted the pixels, the file's are inverted_sum - pixel
+    std::vector<std::byte> bytes;    ///< x fastest
+    std::vector<std::string> notes;  ///< what was decided on reading a volume: units, scaling, which place counts
+    std::string no_place;            ///< why a volume cannot lie where its header says; "" = it can
+    LabelNames label_names;          ///< of a label map whose file names its labels
 
     [[nodiscard]] std::size_t pixel_count() const;
     [[nodiscard]] double file_value(double pixel) const { return inverted_sum == 0 ? pixel : inverted_sum - pixel; }
 };
+
+/// Sets the size and, until the header says more, spacing 1, origin 0 and the axes of the frame.
+void set_size(Raster& raster, const std::vector<int>& size);
 
 /// "64 x 64 x 20"
 [[nodiscard]] std::string size_text(std::span<const int> size);

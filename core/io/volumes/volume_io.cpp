@@ -9,10 +9,11 @@
 #include "core/io/dicom/dicom_series.h"
 #include "core/io/files/text.h"
 #include "core/io/images/raster.h"
+#include "core/io/volumes/label_map.h"
 #include "core/io/volumes/object_region.h"
+#include "core/io/volumes/square_grid.h"
 #include "core/io/volumes/volume_grid.h"
 #include "raylign/intensity.h"
-#include "raylign/rigid_transform.h"
 
 namespace raylign {
 using namespace detail;
@@ -124,25 +125,10 @@ void check_volume(const Raster& raster, const std::filesystem::path& path) {
     }
 }
 
-void check_and_square(VoxelGrid& grid, const std::string& where) {
-    for (int axis = 0; axis < 3; ++axis) {
-        if (grid.spacing_mm[axis] > 0 && std::isfinite(grid.spacing_mm[axis])) continue;
-        throw bad_value("voxel spacing along " + std::string(1, "xyz"[axis]),
-                        number_text(grid.spacing_mm[axis]) + " mm", "positive", where);
-    }
-    if (!grid.origin_mm.allFinite()) throw bad_value("origin", "not finite", "finite", where);
-    constexpr double kTolerance = 1e-4;  // as for poses: text headers carry few digits
-    const Eigen::Matrix3d gram = grid.direction.transpose() * grid.direction;
-    const double departure = (gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-    if (!(departure <= kTolerance)) {
-        throw bad_value("departure of the direction matrix from an orthonormal one", number_text(departure),
-                        "at most 1e-4 (sheared or scaled axes)", where);
-    }
-    const double sign = determinant_of(grid.direction) < 0 ? -1 : 1;  // a mirror times a rotation stays one
-    grid.direction = sign * nearest_rotation(sign * grid.direction);
-}
-
-VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const std::filesystem::path& path) {
+/// May be sheared still: see square_grid.h.
+VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const std::filesystem::path& path,
+                  std::vector<std::string>& notes) {
+    if (!raster.no_place.empty()) throw Error(path.string() + " does not say where its voxels lie: " + raster.no_place);
     VoxelGrid grid;
     for (int axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<std::size_t>(axis);
@@ -163,7 +149,7 @@ VoxelGrid grid_of(const Raster& raster, const VolumeReadOptions& options, const 
     } else if (options.spacing_mm) {
         throw Error(path.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
     }
-    check_and_square(grid, path.string());
+    check_and_square(grid, path.string(), notes);
     return grid;
 }
 
@@ -175,17 +161,20 @@ void note_mirror(const VoxelGrid& grid, std::vector<std::string>& notes) {
 VolumeFile read_file(const std::filesystem::path& path, const VolumeReadOptions& options) {
     Raster raster = detail::read_raster(path, [&](const Raster& header) {
         check_volume(header, path);
-        (void)grid_of(header, options, path);  // before the voxels are read
+        std::vector<std::string> ignored;
+        (void)grid_of(header, options, path, ignored);  // before the voxels are read
     });
-    Converter converter(options, grid_of(raster, options, path));
+    VolumeFile file;
+    file.notes = raster.notes;
+    Converter converter(options, grid_of(raster, options, path, file.notes));
     converter.append(raster, path);
     converter.check_unit(raster.format, path);
-    VolumeFile file;
     converter.describe(raster.type, file.notes);
     if (raster.format == detail::FileFormat::tiff) {
         file.notes.emplace_back("TIFF: voxel (0, 0, 0) is the origin, columns, rows and pages are the x, y and z axes");
     }
     file.volume = converter.take();
+    on_square_grid(file.volume, file.notes);
     note_mirror(file.volume.grid, file.notes);
     file.files.push_back(path);
     return file;
@@ -209,7 +198,7 @@ VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOpti
         return single;
     }
     VoxelGrid grid = detail::stack_slices(series);
-    check_and_square(grid, folder.string());
+    check_and_square(grid, folder.string(), file.notes);
     Converter converter(options, grid);
     detail::PixelType type = detail::PixelType::i16;
     for (const detail::DicomSlice& slice : series.slices) {
@@ -227,6 +216,7 @@ VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOpti
     converter.check_unit(detail::FileFormat::dicom, folder);
     converter.describe(type, file.notes);
     file.volume = converter.take();
+    on_square_grid(file.volume, file.notes);
     return file;
 }
 
@@ -249,24 +239,33 @@ VoxelGrid detail::read_volume_grid(const std::filesystem::path& path, const Volu
     VoxelGrid grid;
     (void)read_raster(path, [&](const Raster& header) {
         check_volume(header, path);
-        grid = grid_of(header, options, path);
+        std::vector<std::string> ignored;
+        grid = grid_of(header, options, path, ignored);
     });
     return grid;
 }
 
 LabelMap read_label_map(const std::filesystem::path& path, const VoxelGrid& like) {
+    return detail::read_label_map_file(path, like).map;
+}
+
+namespace detail {
+
+LabelMapFile read_label_map_file(const std::filesystem::path& path, const VoxelGrid& like) {
     VolumeReadOptions options;
-    Raster raster = detail::read_raster(path, [&](const Raster& header) { check_volume(header, path); });
-    if (raster.format == detail::FileFormat::tiff) {
+    Raster raster = read_raster(path, [&](const Raster& header) { check_volume(header, path); });
+    if (raster.format == FileFormat::tiff) {
         options.spacing_mm = like.spacing_mm;
         if (Eigen::Vector3i(raster.size[0], raster.size[1], raster.size[2]) != like.size) {
-            throw bad_value("size of the labels", detail::size_text(raster.size),
+            throw bad_value("size of the labels", size_text(raster.size),
                             "the CT's (a TIFF does not say where its voxels lie)", path.string());
         }
     }
-    LabelMap map{raster.format == detail::FileFormat::tiff ? like : grid_of(raster, options, path), {}};
+    LabelMapFile file{.map = {}, .names = raster.label_names, .notes = raster.notes};
+    LabelMap& map = file.map;
+    map.grid = raster.format == FileFormat::tiff ? like : grid_of(raster, options, path, file.notes);
     map.labels.reserve(raster.pixel_count());
-    detail::with_pixels(raster, [&](const auto* pixels) {
+    with_pixels(raster, [&](const auto* pixels) {
         for (std::size_t i = 0; i < raster.pixel_count(); ++i) {
             const auto value = static_cast<double>(pixels[i]);
             if (!(std::abs(value) < 2147483648.0) || value != std::round(value)) {
@@ -275,7 +274,9 @@ LabelMap read_label_map(const std::filesystem::path& path, const VoxelGrid& like
             map.labels.push_back(static_cast<std::int32_t>(value));
         }
     });
-    return map;
+    on_square_grid(map, file.notes);
+    return file;
 }
 
+}  // namespace detail
 }  // namespace raylign

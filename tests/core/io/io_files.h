@@ -71,6 +71,11 @@ struct NiftiBytes {
     std::int16_t datatype = 4, bitpix = 16;
     std::vector<float> pixdim = {1, 0.5F, 0.75F, 2, 1, 1, 1, 1};
     std::vector<float> sform = {0.5F, 0, 0, 10, 0, 0.75F, 0, 20, 0, 0, 2, 30};
+    std::vector<float> qform = {0, 0, 0, 10, 20, 30};  // quaternion b, c, d and offset
+    std::int16_t qform_code = 0, sform_code = 1;
+    std::vector<float> offset_slope_intercept = {352, 1, 0};
+    char units = 2;  // mm
+    std::string extension;
     [[nodiscard]] std::string with(const std::string& voxels) const {
         std::string header(352, '\0');
         const auto put = [&](std::size_t offset, const std::string& bytes) {
@@ -81,13 +86,14 @@ struct NiftiBytes {
         put(70, bytes_of(datatype));
         put(72, bytes_of(bitpix));
         put(76, bytes_of(pixdim));
-        put(108, bytes_of(352.0F));
-        put(112, bytes_of(1.0F));
-        put(123, std::string(1, '\2'));  // mm
-        put(254, bytes_of(std::int16_t{1}));
+        put(108, bytes_of(offset_slope_intercept));
+        put(123, std::string(1, units));
+        put(252, bytes_of(qform_code));
+        put(254, bytes_of(sform_code));
+        put(256, bytes_of(qform));
         put(280, bytes_of(sform));
         put(344, std::string("n+1", 4));
-        return header + voxels;
+        return header + extension + voxels;
     }
 };
 
