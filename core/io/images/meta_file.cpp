@@ -237,11 +237,11 @@ std::vector<std::string> data_files(const MetaHeader& header, const std::vector<
 
 void take_data(const MetaHeader& header, HeaderedRaster& file) {
     const bool is_text = !header.text({"BinaryData"}).empty() && !header.is_true({"BinaryData"});
-    file.stored.encoding = is_text                              ? StoredPixels::Encoding::text
-                           : header.is_true({"CompressedData"}) ? StoredPixels::Encoding::deflate
-                                                                : StoredPixels::Encoding::raw;
+    file.stored.encoding = is_text                              ? PixelEncoding::text
+                           : header.is_true({"CompressedData"}) ? PixelEncoding::deflate
+                                                                : PixelEncoding::raw;
     file.stored.is_big_endian = header.is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"});
-    const bool is_raw = file.stored.encoding == StoredPixels::Encoding::raw;
+    const bool is_raw = file.stored.encoding == PixelEncoding::raw;
     const std::string word = lower_case(header.needed("ElementDataFile"));
     if (word == "local") {
         file.stored.parts = {{header.path, begin_of(header, header.path, stated_bytes(file.raster), is_raw)}};

@@ -224,7 +224,7 @@ HeaderedRaster read_nifti(const std::filesystem::path& path) {
     file.raster.label_names = label_names_in_xml(header.extension);
     const bool is_named_gz = lower_case(header.voxel_file.string()).ends_with(".gz");
     const bool is_packed = is_named_gz || (header.is_single_file && is_gzip(header.voxel_file));
-    file.stored.encoding = is_packed ? StoredPixels::Encoding::deflate : StoredPixels::Encoding::raw;
+    file.stored.encoding = is_packed ? PixelEncoding::deflate : PixelEncoding::raw;
     file.stored.is_big_endian = header.is_big_endian;
     file.stored.parts = {{header.voxel_file, 0, static_cast<std::uint64_t>(header.vox_offset)}};
     return file;

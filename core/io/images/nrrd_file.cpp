@@ -216,14 +216,14 @@ std::vector<std::string> data_files(const NrrdHeader& header, const std::vector<
 }
 
 void take_data(const NrrdHeader& header, const std::vector<int>& size, HeaderedRaster& file) {
-    using Encoding = StoredPixels::Encoding;
-    static constexpr std::array<std::pair<std::string_view, Encoding>, 7> kEncodings = {{{"raw", Encoding::raw},
-                                                                                         {"gzip", Encoding::deflate},
-                                                                                         {"gz", Encoding::deflate},
-                                                                                         {"text", Encoding::text},
-                                                                                         {"txt", Encoding::text},
-                                                                                         {"ascii", Encoding::text},
-                                                                                         {"hex", Encoding::hex}}};
+    static constexpr std::array<std::pair<std::string_view, PixelEncoding>, 7> kEncodings = {
+        {{"raw", PixelEncoding::raw},
+         {"gzip", PixelEncoding::deflate},
+         {"gz", PixelEncoding::deflate},
+         {"text", PixelEncoding::text},
+         {"txt", PixelEncoding::text},
+         {"ascii", PixelEncoding::text},
+         {"hex", PixelEncoding::hex}}};
     const std::string name = lower_case(header.needed("encoding"));
     const auto found = std::ranges::find(kEncodings, std::string_view(name), [](const auto& e) { return e.first; });
     if (found == kEncodings.end()) {
@@ -231,13 +231,13 @@ void take_data(const NrrdHeader& header, const std::vector<int>& size, HeaderedR
                         header.path.string());
     }
     file.stored.encoding = found->second;
-    if (bytes_of(file.raster.type) > 1 && found->second != Encoding::text) {
+    if (bytes_of(file.raster.type) > 1 && found->second != PixelEncoding::text) {
         const std::string endian = lower_case(header.needed("endian"));
         if (endian != "little" && endian != "big")
             throw bad_value("endian", endian, "little or big", header.path.string());
         file.stored.is_big_endian = endian == "big";
     }
-    const bool is_raw = found->second == Encoding::raw;
+    const bool is_raw = found->second == PixelEncoding::raw;
     if (header.field("datafile").empty()) {
         file.stored.parts = {part_of(header, header.path, stated_bytes(file.raster), is_raw)};
         return;

@@ -14,21 +14,19 @@
 namespace raylign::detail {
 namespace {
 
-using Encoding = StoredPixels::Encoding;
-
 /// The most bytes of pixels that the part can hold.
 double part_capacity(const PixelPart& part, const StoredPixels& stored, PixelType type) {
     constexpr double kDeflateLimit = 1100;  // deflate cannot do better than 1032 to 1
     const double left = static_cast<double>(std::filesystem::file_size(part.file)) - static_cast<double>(part.begin);
     const auto skip = static_cast<double>(part.skip);
     switch (stored.encoding) {
-        case Encoding::raw:
+        case PixelEncoding::raw:
             return left - skip;
-        case Encoding::deflate:
+        case PixelEncoding::deflate:
             return left * kDeflateLimit - skip;
-        case Encoding::text:  // a digit and a blank
+        case PixelEncoding::text:  // a digit and a blank
             return (left + 1) / 2 * static_cast<double>(bytes_of(type));
-        case Encoding::hex:
+        case PixelEncoding::hex:
             return left / 2;
     }
     return 0;
@@ -152,15 +150,15 @@ void read_stored(HeaderedRaster& header, const std::filesystem::path& where) {
     std::span<std::byte> rest(raster.bytes);
     for (const PixelPart& part : stored.parts) {
         const std::span<std::byte> to = rest.first(share);
-        const Packing packing = stored.encoding == Encoding::deflate ? Packing::deflate : Packing::none;
-        const std::size_t count = stored.encoding == Encoding::text  ? read_text(part, raster, to)
-                                  : stored.encoding == Encoding::hex ? read_hex(part, to)
-                                                                     : read_bytes(part, packing, to);
+        const Packing packing = stored.encoding == PixelEncoding::deflate ? Packing::deflate : Packing::none;
+        const std::size_t count = stored.encoding == PixelEncoding::text  ? read_text(part, raster, to)
+                                  : stored.encoding == PixelEncoding::hex ? read_hex(part, to)
+                                                                          : read_bytes(part, packing, to);
         if (count != share) throw short_of(raster, part, std::to_string(count), stored.parts.size(), where);
         rest = rest.subspan(share);
     }
     const bool is_foreign = stored.is_big_endian != (std::endian::native == std::endian::big);
-    if (is_foreign && stored.encoding != Encoding::text) swap_bytes(raster.bytes, bytes_of(raster.type));
+    if (is_foreign && stored.encoding != PixelEncoding::text) swap_bytes(raster.bytes, bytes_of(raster.type));
     if (stored.slope == 1 && stored.intercept == 0) return;
     if (raster.type == PixelType::f64) {
         scale<double>(stored, PixelType::f64, raster);

@@ -16,11 +16,12 @@ struct PixelPart {
     std::uint64_t skip = 0;   ///< bytes before, once unpacked
 };
 
+enum class PixelEncoding { raw, deflate, text, hex };
+
 /// How a file whose header is read here (NIfTI, MetaImage, NRRD) keeps its pixels.
 struct StoredPixels {
-    enum class Encoding { raw, deflate, text, hex };
     std::vector<PixelPart> parts;  ///< equal shares, in order
-    Encoding encoding = Encoding::raw;
+    PixelEncoding encoding = PixelEncoding::raw;
     bool is_big_endian = false;
     double slope = 1, intercept = 0;  ///< value = slope * stored + intercept
 };
