@@ -22,8 +22,13 @@ void add_object_flags(CLI::App& command, VolumeFlags& flags) {
     describe(command.add_option("--labels", flags.labels,
                                 "Label map or mask of the CT, on any grid: the rest becomes 0; default none"),
              "FILE", kObjectGroup);
-    describe(command.add_option("--label", flags.label, "Label to keep, or several; default all but 0"), "N ...",
-             kObjectGroup);
+    describe(command.add_option("--label", flags.label,
+                                "Label to keep, or several, by number or name (vertebrae_L3); default all but 0"),
+             "N|NAME ...", kObjectGroup);
+    describe(command.add_option("--labels-table", flags.label_table,
+                                "Names of the labels: CSV number,name, or 3D Slicer's or ITK-SNAP's;\n"
+                                "default the map's own, or TotalSegmentator's"),
+             "FILE", kObjectGroup);
     describe(command.add_option("--object", flags.object,
                                 "Box to keep, X0,Y0,Z0,X1,Y1,Z1 in CT mm (LPS), or voxels:I0,J0,K0,I1,J1,K1;\n"
                                 "default the whole CT"),

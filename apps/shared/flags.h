@@ -22,7 +22,8 @@ struct VolumeFlags {
     std::string series;
     std::string spacing;                         ///< "X,Y,Z" [mm]; "" = from the file
     std::filesystem::path labels;                ///< label map; "" = none
-    std::vector<int> label;                      ///< of the map, to keep; none = all but 0
+    std::vector<std::string> label;              ///< of the map, to keep, by number or name; none = all but 0
+    std::filesystem::path label_table;           ///< names of labels; "" = the map's own, or TotalSegmentator's
     std::string object;                          ///< "X0,Y0,Z0,X1,Y1,Z1" [ct mm], or voxels:...; "" = the whole CT
     std::optional<double> bone_threshold, clip;  ///< HU (1/mm with attenuation)
 };

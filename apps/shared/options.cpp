@@ -1,12 +1,15 @@
 #include "apps/shared/options.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
 
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/base/text.h"
+#include "core/io/files/text.h"
 #include "raylign/intensity.h"
 
 namespace raylign::detail::apps {
@@ -33,13 +36,31 @@ void parse_object(const std::string& text, ObjectRegion& object) {
     object.box_voxels = VoxelBox{low.cast<int>(), high.cast<int>()};
 }
 
+/// "29"; empty for a name, and an error for a number that is no label.
+std::optional<int> label_number(const std::string& text) {
+    const std::optional<double> number = number_from(text);
+    if (!number) return std::nullopt;
+    if (*number == std::round(*number) && std::abs(*number) < 2147483648.0) return static_cast<int>(*number);
+    throw bad_value("--label", text, "a whole number of up to 32 bits, or a name");
+}
+
 ObjectRegion object_region(const VolumeFlags& flags) {
     if (flags.labels.empty() && !flags.label.empty()) {
-        throw Error("--label " + std::to_string(flags.label.front()) + " needs the map: give --labels FILE");
+        throw Error("--label " + flags.label.front() + " needs the map: give --labels FILE");
+    }
+    if (flags.labels.empty() && !flags.label_table.empty()) {
+        throw Error("--labels-table " + flags.label_table.string() + " needs the map: give --labels FILE");
     }
     ObjectRegion object;
     object.label_map = flags.labels;
-    object.labels.assign(flags.label.begin(), flags.label.end());
+    object.label_table = flags.label_table;
+    for (const std::string& label : flags.label) {
+        if (const std::optional<int> number = label_number(label)) {
+            object.labels.push_back(*number);
+        } else {
+            object.label_names.push_back(label);
+        }
+    }
     object.bone_threshold_hu = flags.bone_threshold;
     object.clip_hu = flags.clip;
     if (flags.clip && flags.bone_threshold && !(*flags.clip > *flags.bone_threshold)) {

@@ -4,6 +4,7 @@
 
 #include "apps/shared/manifest.h"
 #include "core/io/files/output.h"
+#include "core/io/files/text.h"
 #include "raylign/version.h"
 
 namespace raylign::detail::apps {
@@ -105,6 +106,16 @@ Json agreement(const Study& study, const StudyJournal& journal) {
     return list;
 }
 
+/// Numbers as numbers, names as texts.
+Json labels_json(const std::vector<std::string>& labels) {
+    Json list = Json::array();
+    for (const std::string& label : labels) {
+        const std::optional<double> number = number_from(label);
+        list.push_back(number ? Json(static_cast<std::int64_t>(*number)) : Json(label));
+    }
+    return list;
+}
+
 /// Everything but the inputs' bytes and the cases that decides a trial's result.
 Json settings(const Study& study) {
     const StudyOptions& options = study.options;
@@ -122,7 +133,7 @@ Json settings(const Study& study) {
             {"hu_offset", options.volume.hu_offset},
             {"attenuation", options.volume.attenuation},
             {"spacing", options.volume.spacing},
-            {"label", options.volume.label},
+            {"label", labels_json(options.volume.label)},
             {"object", options.volume.object},
             {"bone_threshold", or_null(options.volume.bone_threshold)},
             {"clip", or_null(options.volume.clip)},

@@ -31,7 +31,7 @@ struct DrrOptions {
 
 std::vector<std::filesystem::path> all_inputs(const DrrOptions& options, const ViewsFile& views) {
     std::vector<std::filesystem::path> files = views.files;
-    files.insert(files.end(), {options.pose, options.volume.file, options.volume.labels});
+    files.insert(files.end(), {options.pose, options.volume.file, options.volume.labels, options.volume.label_table});
     // Images and masks are not read, and yet they are someone's originals.
     for (const ViewOrigin& origin : views.origins) files.insert(files.end(), {origin.image, origin.mask});
     return files;

@@ -188,7 +188,7 @@ void add_frame_flags(CLI::App& command, TrackCommandOptions& options) {
 
 void add_object_and_start_flags(CLI::App& command, TrackCommandOptions& options) {
     describe(command.add_option("--bone", options.bones,
-                                "An object of its own CT, or of -v by label of --labels (3 or 3,4);\n"
+                                "An object of its own CT, or of -v by label of --labels (3, 3,4 or a name);\n"
                                 "may be repeated; default one, \"object\", of -v"),
              "NAME=FILE|LABELS ...", kObjectGroup);
     describe(command.add_option(

@@ -15,14 +15,17 @@
 namespace raylign::detail::apps {
 namespace {
 
-/// "3" or "3,4": labels of a map; empty for anything else.
-std::vector<int> labels_in(const std::string& text) {
-    std::vector<int> labels;
+/// "3", "3,4" or "femur_left" of a map; empty for anything else. With a CT of its own (-v), what is no file is a name.
+std::vector<std::string> labels_in(const std::string& text, const VolumeFlags& volume) {
+    std::vector<std::string> labels;
+    std::error_code ignored;
+    const bool may_be_name = !volume.file.empty() && !std::filesystem::exists(text, ignored);
     for (const std::string_view part : detail::split(text, ',')) {
         int label = 0;
         const auto [end, status] = std::from_chars(part.data(), part.data() + part.size(), label);
-        if (status != std::errc{} || end != part.data() + part.size()) return {};
-        labels.push_back(label);
+        const bool is_number = status == std::errc{} && end == part.data() + part.size();
+        if (!is_number && (!may_be_name || part.empty())) return {};
+        labels.emplace_back(part);
     }
     return labels;
 }
@@ -44,7 +47,7 @@ ObjectFlags object_of(const std::string& argument, const TrackCommandOptions& op
         throw bad_value("name of --bone", name, "letters, digits, '_', '-' or '.' (it becomes part of file names)");
     }
     ObjectFlags object{name, options.volume, "", "", {}};
-    const std::vector<int> labels = labels_in(value);
+    const std::vector<std::string> labels = labels_in(value, options.volume);
     if (!object.volume.labels.empty() && !labels.empty()) {
         if (object.volume.file.empty()) throw Error("--bone " + argument + ": its CT is missing: give -v FILE");
         object.volume.label = labels;

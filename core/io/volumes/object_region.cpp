@@ -8,6 +8,7 @@
 #include "core/base/text.h"
 #include "core/image/region.h"
 #include "core/io/files/text.h"
+#include "core/io/volumes/label_map.h"
 #include "raylign/intensity.h"
 
 namespace raylign::detail {
@@ -41,23 +42,47 @@ void check_left(const Volume& volume, const std::string& after) {
     if (!is_left) throw Error("nothing is left of the CT after " + after + ": all voxels are 0");
 }
 
+/// Whose names of labels count, and what they are called in messages.
+struct NamedLabels {
+    LabelNames names;
+    std::string source;
+};
+
+NamedLabels names_for(const ObjectRegion& object, const LabelMapFile& file) {
+    if (!object.label_table.empty()) return {read_label_names(object.label_table), object.label_table.string()};
+    if (!file.names.empty()) return {file.names, "the names in " + object.label_map.string()};
+    if (object.label_names.empty()) return {};  // a map of anyone's, by number
+    return {total_segmentator_names(), "TotalSegmentator's labels (task total, version 2)"};
+}
+
+/// "29 (vertebrae_L3)", or the number alone.
+std::string label_text(std::int32_t label, const LabelNames& names) {
+    const auto name = names.find(label);
+    return std::to_string(label) + (name == names.end() ? "" : " (" + name->second + ")");
+}
+
 void keep_labelled(const ObjectRegion& object, VolumeFile& file) {
-    const LabelMap map = read_label_map(object.label_map, file.volume.grid);
+    const LabelMapFile read = read_label_map_file(object.label_map, file.volume.grid);
+    const NamedLabels named = names_for(object, read);
     std::vector<std::int32_t> kept = object.labels;
+    for (const std::string& name : object.label_names) kept.push_back(label_of(named.names, name, named.source));
+    const std::string list = joined(
+        kept, [&](std::int32_t label) { return label_text(label, named.names); }, ", ");
     if (kept.empty()) {
-        const std::set<std::int32_t> all(map.labels.begin(), map.labels.end());
+        const std::set<std::int32_t> all(read.map.labels.begin(), read.map.labels.end());
         std::ranges::copy_if(all, std::back_inserter(kept), [](std::int32_t label) { return label != 0; });
     }
     try {
-        keep_labels(file.volume, map, kept);
+        keep_labels(file.volume, read.map, kept);
     } catch (const Error& failure) {
-        throw Error(object.label_map.string() + ": " + failure.what());
+        throw Error(object.label_map.string() + ": " + failure.what() +
+                    (object.label_names.empty() ? "" : " (labels asked for: " + list + ")"));
     }
-    const std::string list = joined(
-        object.labels, [](std::int32_t label) { return std::to_string(label); }, ", ");
+    for (const std::string& note : read.notes) file.notes.push_back("label map: " + note);
     file.notes.push_back("object: " + (list.empty() ? std::string("all labels") : "label " + list) + " of " +
-                         object.label_map.string());
+                         object.label_map.string() + (object.label_names.empty() ? "" : ", by " + named.source));
     file.files.push_back(object.label_map);
+    if (!object.label_table.empty()) file.files.push_back(object.label_table);
 }
 
 }  // namespace

@@ -37,12 +37,29 @@ TEST(ObjectFlags, FaultsAreNamed) {
         EXPECT_THAT(message(flags), HasSubstr("--object")) << object;
     }
     VolumeFlags flags;
-    flags.label = {3};
+    flags.label = {"3"};
+    EXPECT_THAT(message(flags), HasSubstr("give --labels FILE"));
+    flags.labels = "map.nii";
+    flags.label = {"2.5"};
+    EXPECT_THAT(message(flags), HasSubstr("a whole number of up to 32 bits, or a name"));
+    flags = {};
+    flags.label_table = "names.csv";
     EXPECT_THAT(message(flags), HasSubstr("give --labels FILE"));
     flags = {};
     flags.clip = 200;
     flags.bone_threshold = 300;
     EXPECT_THAT(message(flags), HasSubstr("above --bone-threshold"));
+}
+
+TEST(ObjectFlags, LabelsAreNumbersOrNames) {
+    VolumeFlags flags;
+    flags.labels = "map.nii";
+    flags.label_table = "names.csv";
+    flags.label = {"29", "vertebrae_L3", "-1"};
+    const ObjectRegion object = volume_read_options(flags).object;
+    EXPECT_EQ(object.labels, (std::vector<std::int32_t>{29, -1}));
+    EXPECT_EQ(object.label_names, std::vector<std::string>{"vertebrae_L3"});
+    EXPECT_EQ(object.label_table, "names.csv");
 }
 
 TEST(Seed, IsAWholeNumber) {

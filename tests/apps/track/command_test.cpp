@@ -201,6 +201,8 @@ TEST_F(TrackCommand, FaultsOfSeveralObjectsAreNamed) {
     EXPECT_THAT(message({"--bone", "patella"}), HasSubstr("NAME=VALUE"));
     EXPECT_THAT(message({"--start", "femur=" + folder.path("t.json")}), HasSubstr("femur twice"));
     EXPECT_THAT(message({"--label", "1", "--labels", "x.nii"}), HasSubstr("--label contradicts --bone"));
+    EXPECT_THAT(message({"-v", folder.path("femur.mha"), "--labels", "x.nii", "--bone", "left=femur_left"}),
+                HasSubstr("contradicts -v"));  // the scene's --bone NAME=FILE does
     EXPECT_THAT(message({"--axes", "femur=" + folder.path("f.json")}), HasSubstr("ct_from_axes"));
     EXPECT_THAT(message({"--joint", "femur,tibia"}), HasSubstr("twice"));
 }

@@ -16,7 +16,10 @@ namespace raylign {
 struct ObjectRegion {
     std::optional<double> clip_hu;            ///< voxels above are lowered to it: metal
     std::filesystem::path label_map;          ///< "" = none
-    std::vector<std::int32_t> labels;         ///< of the map to keep; empty = all but 0
+    std::vector<std::int32_t> labels;         ///< of the map to keep; none, and no names = all but 0
+    std::vector<std::string> label_names;     ///< the same by name, of `label_table`, else of the map itself, else of
+                                              ///< TotalSegmentator's task `total`, version 2
+    std::filesystem::path label_table;        ///< CSV number,name, or 3D Slicer's or ITK-SNAP's labels; "" = none
     std::optional<CtBox> box_mm;              ///< voxels whose centres lie inside are kept, fading out over 4 mm
     std::optional<VoxelBox> box_voxels;       ///< the same by voxel indices
     std::optional<double> bone_threshold_hu;  ///< voxels count by what they exceed it by, at least 0
