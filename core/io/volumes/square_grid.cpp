@@ -84,7 +84,11 @@ SquareLattice square_lattice(const VoxelGrid& sheared) {
     }
     constexpr double kRounding = 1e-3;  // of a voxel: no plane of nothing for the rounding of floats
     const Eigen::Vector3d first = (low.array() + kRounding).floor() + 1, end = (high.array() - kRounding).ceil();
-    if (!((end - first).maxCoeff() < 1 << 20)) throw Error("the voxel axes are too oblique for a square grid");
+    constexpr double kMostTimes = 100, kFew = 1e6;
+    if (!((end - first).prod() < kMostTimes * static_cast<double>(sheared.voxel_count()) + kFew)) {
+        throw Error("the voxel axes are too oblique: a square grid around them would have " +
+                    number_text((end - first).prod()) + " voxels");
+    }
     grid.size = (end - first).cast<int>();
     square.begin = square.from_square * first;
     grid.origin_mm = sheared.ct_from_voxel(square.begin);
@@ -169,6 +173,8 @@ void check_and_square(VoxelGrid& grid, const std::string& where, std::vector<std
         throw bad_value("shear of the voxel axes " + std::string(1, "xyz"[shear.a]) + " and " + "xyz"[shear.b],
                         degrees_text(shear.cosine), "at most 45 degrees", where);
     }
+    constexpr double kLeastVolume = 0.3;  // of unit axes: three may lie nearly in a plane, two by two at 45 degrees
+    if (std::abs(determinant_of(grid.direction)) < kLeastVolume) throw Error(where + ": its voxel axes lie in a plane");
     if (shear.cosine > kTolerance) return;
     const Eigen::Matrix3d gram = grid.direction.transpose() * grid.direction;
     const double departure = (gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "apps/track/options.h"
 #include "apps/track/run.h"
 #include "core/base/error.h"
 #include "raylign/backends.h"
@@ -201,10 +202,22 @@ TEST_F(TrackCommand, FaultsOfSeveralObjectsAreNamed) {
     EXPECT_THAT(message({"--bone", "patella"}), HasSubstr("NAME=VALUE"));
     EXPECT_THAT(message({"--start", "femur=" + folder.path("t.json")}), HasSubstr("femur twice"));
     EXPECT_THAT(message({"--label", "1", "--labels", "x.nii"}), HasSubstr("--label contradicts --bone"));
-    EXPECT_THAT(message({"-v", folder.path("femur.mha"), "--labels", "x.nii", "--bone", "left=femur_left"}),
-                HasSubstr("contradicts -v"));  // the scene's --bone NAME=FILE does
     EXPECT_THAT(message({"--axes", "femur=" + folder.path("f.json")}), HasSubstr("ct_from_axes"));
     EXPECT_THAT(message({"--joint", "femur,tibia"}), HasSubstr("twice"));
+}
+
+TEST_F(TrackCommand, BonesAreLabelsByNumberOrName) {
+    apps::TrackCommandOptions options;
+    options.volume.file = "ct.nii";
+    options.volume.labels = "map.nii";
+    options.bones = {"left=femur_left", "both=76,sacrum", "one=3"};
+    const std::vector<apps::ObjectFlags> objects = apps::objects_of(options);
+    ASSERT_EQ(objects.size(), 3);
+    EXPECT_THAT(objects[0].volume.label, testing::ElementsAre("femur_left"));
+    EXPECT_THAT(objects[1].volume.label, testing::ElementsAre("76", "sacrum"));
+    EXPECT_EQ(objects[2].volume.file, "ct.nii");
+    options.bones = {"left=" + folder.path("f.json")};  // a file is no label
+    EXPECT_THAT(error_of([&] { (void)apps::objects_of(options); }), HasSubstr("contradicts -v"));
 }
 
 TEST_F(TrackCommand, OutputsDoNotReplaceInputs) {

@@ -7,6 +7,7 @@
 #include "core/base/linear_algebra.h"
 #include "io_files.h"
 #include "raylign/io/volume.h"
+#include "tests/support/test_data.h"
 
 namespace raylign::detail {
 namespace {
@@ -153,6 +154,14 @@ TEST(SquareGrid, SlightShearIsSquaredWithANote) {
     EXPECT_THAT(notes, Contains(HasSubstr("not quite at right angles")));
 }
 
+TEST(SquareGrid, AxesInAPlaneAreRefused) {
+    VoxelGrid grid = tilted_grid(0);
+    grid.direction.col(2) = Eigen::Vector3d(1, 1, 0).normalized();  // at 45 degrees to both others
+    std::vector<std::string> notes;
+    EXPECT_THAT(error_of([&] { check_and_square(grid, "here", notes); }),
+                HasSubstr("here: its voxel axes lie in a plane"));
+}
+
 class SquareGridFile : public test::IoTest {};
 
 TEST_F(SquareGridFile, TiltedCtIsReadWithANote) {
@@ -164,6 +173,15 @@ TEST_F(SquareGridFile, TiltedCtIsReadWithANote) {
     EXPECT_GT(file.volume.grid.size.y(), 2);
     EXPECT_EQ(file.file_grid.size, file.volume.grid.size);
     EXPECT_GT(read_label_map(path, file.volume.grid).grid.size.y(), 2);
+}
+
+TEST_F(SquareGridFile, RealTiltedCtIsResampled) {
+    const auto path = test::test_data() / "oblique" / "shear.nii.gz";
+    RAYLIGN_NEED_DATA(path);
+    const VolumeFile file = read_volume(path);
+    EXPECT_THAT(file.notes, Contains(testing::AllOf(HasSubstr("18.5 degrees"), HasSubstr("306 x 509 x 54"))));
+    // The voxels' volume stays: rows and slices of the sform's columns, the slices' part across the rows.
+    EXPECT_NEAR(file.volume.grid.spacing_mm.prod(), 0.482421875 * 0.45749205 * 2.3708093, 1e-6);
 }
 
 }  // namespace
