@@ -122,6 +122,22 @@ std::vector<std::string> files_of_pattern(std::string_view pattern, const Number
     return files;
 }
 
+std::filesystem::path data_file(const std::filesystem::path& header, const std::string& name) {
+    constexpr std::size_t kLongest = 1024;
+    const bool has_control =
+        std::ranges::any_of(name, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; });
+    if (name.size() > kLongest || has_control)
+        throw Error(header.string() + " names a file of pixels that can be none");
+    const std::filesystem::path file = header.parent_path() / name;
+    std::error_code failure;
+    const std::filesystem::file_type type = std::filesystem::status(file, failure).type();
+    using enum std::filesystem::file_type;
+    if (type == fifo || type == character || type == block || type == socket) {
+        throw Error(header.string() + " names " + file.string() + " for its pixels, which is no regular file");
+    }
+    return file;
+}
+
 double files_needed(std::span<const int> size, int dimensions) {
     double files = 1;
     for (std::size_t axis = static_cast<std::size_t>(dimensions); axis < size.size(); ++axis) files *= size[axis];

@@ -43,6 +43,10 @@ struct NumberRange {
 [[nodiscard]] std::vector<std::string> files_of_pattern(std::string_view pattern, const NumberRange& range,
                                                         const std::filesystem::path& where);
 
+/// The file of pixels that a header names, beside it or absolute. Throws Error for a name that is none (too long, with
+/// control characters), and for pipes and devices, whose reading may never end.
+[[nodiscard]] std::filesystem::path data_file(const std::filesystem::path& header, const std::string& name);
+
 /// How many files hold `size` where each holds its first `dimensions` axes: the product of the others.
 [[nodiscard]] double files_needed(std::span<const int> size, int dimensions);
 

@@ -225,7 +225,8 @@ std::vector<std::string> data_files(const MetaHeader& header, const std::vector<
         check_file_count(header.listed.size(), size, axes, header.path);
         return header.listed;
     }
-    const bool is_file = std::filesystem::exists(header.path.parent_path() / whole);
+    std::error_code missing;
+    const bool is_file = std::filesystem::exists(data_file(header.path, whole), missing);
     if (is_file || whole.find('%') == std::string::npos) return {whole};
     NumberRange range{.first = number(1, 1)};
     range.last = words.size() > 2 ? number(2, 1) : range.first + size.back() - 1;
@@ -250,7 +251,7 @@ void take_data(const MetaHeader& header, HeaderedRaster& file) {
     const std::vector<std::string> names = data_files(header, file.raster.size);
     const double share = stated_bytes(file.raster) / static_cast<double>(names.size());
     for (const std::string& name : names) {
-        const std::filesystem::path part = header.path.parent_path() / name;
+        const std::filesystem::path part = data_file(header.path, name);
         file.stored.parts.push_back({part, begin_of(header, part, share, is_raw)});
     }
 }

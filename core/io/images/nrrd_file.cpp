@@ -170,7 +170,8 @@ PixelPart part_of(const NrrdHeader& header, const std::filesystem::path& file, d
     };
     const int lines = skip_of("lineskip", 0), skip = skip_of("byteskip", -1);
     PixelPart part{.file = file, .begin = file == header.path ? header.end : 0};
-    if (!std::filesystem::is_regular_file(file)) return part;
+    std::error_code missing;
+    if (!std::filesystem::is_regular_file(file, missing)) return part;
     part.begin = after_lines(file, part.begin, lines);
     if (skip >= 0) {
         part.skip = static_cast<std::uint64_t>(skip);
@@ -203,7 +204,8 @@ std::vector<std::string> data_files(const NrrdHeader& header, const std::vector<
         check_count(header.listed, number(1, dimensions - 1, 1));
         return header.listed;
     }
-    const bool is_file = std::filesystem::exists(header.path.parent_path() / whole);
+    std::error_code missing;
+    const bool is_file = std::filesystem::exists(data_file(header.path, whole), missing);
     if (is_file || whole.find('%') == std::string::npos) return {whole};
     if (words.size() < 4 || words.size() > 5) {
         throw bad_value("data file", whole, "a file, LIST, or a pattern with its first and last number and step",
@@ -245,7 +247,7 @@ void take_data(const NrrdHeader& header, const std::vector<int>& size, HeaderedR
     const std::vector<std::string> names = data_files(header, size);
     const double share = stated_bytes(file.raster) / static_cast<double>(names.size());
     for (const std::string& part : names) {
-        file.stored.parts.push_back(part_of(header, header.path.parent_path() / part, share, is_raw));
+        file.stored.parts.push_back(part_of(header, data_file(header.path, part), share, is_raw));
     }
 }
 

@@ -13,6 +13,7 @@
 #include "raylign/io/image.h"
 #include "raylign/io/trajectory.h"
 #include "tests/apps/track/track_case.h"
+#include "tests/support/errors.h"
 
 namespace raylign::detail::test {
 namespace {

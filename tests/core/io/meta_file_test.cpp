@@ -135,6 +135,17 @@ TEST_F(MetaFile, DetachedVoxelsThatAreTooFewAreRefused) {
     EXPECT_THAT(error_of([&] { (void)read_volume(detached("none.raw")); }), HasSubstr("none.raw does not exist"));
 }
 
+TEST_F(MetaFile, NamesThatAreNoFilesAreRefused) {
+    const auto error_with = [&](const std::string& data) {
+        return error_of([&] { (void)read_volume(detached(data)); });
+    };
+    EXPECT_THAT(error_with(std::string(2000, 'x')), HasSubstr("can be none"));
+    EXPECT_THAT(error_with("a\x01.raw"), HasSubstr("can be none"));
+    EXPECT_THAT(error_with(std::string(500, 'x')), HasSubstr("ct.mhd"));
+    EXPECT_THAT(error_with("/dev/zero"), HasSubstr("no regular file"));
+    EXPECT_THAT(error_with("."), HasSubstr("is a folder"));
+}
+
 TEST_F(MetaFile, CompressedAndWrittenOutVoxelsAreRead) {
     const std::vector<float> plain = read({}).volume.attenuation_per_mm;
     std::string packed(200, '\0');
