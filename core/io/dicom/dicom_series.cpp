@@ -105,15 +105,22 @@ double checked_spacing_mm(const std::vector<DicomSlice>& slices, const Eigen::Ve
     return normal.dot(slices.back().position_mm - slices.front().position_mm) / steps;
 }
 
-void check_not_askew(const std::vector<DicomSlice>& slices, const Eigen::Vector3d& normal) {
+/// Where the slices lie askew on their way (a tilted gantry), the third axis goes from slice to slice: square_grid.h
+/// resamples such a grid.
+void follow_tilt(const std::vector<DicomSlice>& slices, const Eigen::Vector3d& normal, VoxelGrid& grid) {
     constexpr double kLeastCosine = 0.99999;  // 0.26 degrees
-    const Eigen::Vector3d along = slices.back().position_mm - slices.front().position_mm;
-    const double cosine = along.normalized().dot(normal);
-    if (cosine < kLeastCosine) {
-        throw bad_value(
-            "gantry tilt", number_text(std::acos(std::min(1.0, cosine)) * 180 / 3.14159265358979) + " degrees",
-            "0: resample the series to a rectangular grid first", slices.front().path.parent_path().string());
+    const Eigen::Vector3d first_mm = slices.front().position_mm;
+    const Eigen::Vector3d step_mm = (slices.back().position_mm - first_mm) / static_cast<double>(slices.size() - 1);
+    if (step_mm.normalized().dot(normal) >= kLeastCosine) return;
+    for (std::size_t i = 0; i < slices.size(); ++i) {
+        constexpr double kTolerance_mm = 0.1;  // of places rounded to 0.01 mm; a bent stack is no lattice
+        const double off_mm = (slices[i].position_mm - first_mm - static_cast<double>(i) * step_mm).norm();
+        if (off_mm <= kTolerance_mm + 0.02 * step_mm.norm()) continue;
+        throw bad_value("distance of a slice from the line of the others", number_text(off_mm) + " mm",
+                        "at most 0.1 mm and 2 % of the spacing", slices[i].path.string());
     }
+    grid.spacing_mm.z() = step_mm.norm();
+    grid.direction.col(2) = step_mm.normalized();
 }
 
 }  // namespace
@@ -170,9 +177,9 @@ VoxelGrid stack_slices(DicomSeries& series) {
     // Not within Eigen's comma initialiser: its destructor asserts when an exception leaves it half filled.
     const double spacing_z_mm = checked_spacing_mm(series.slices, normal);
     grid.spacing_mm = {first.pitch_mm.x(), first.pitch_mm.y(), spacing_z_mm};
-    check_not_askew(series.slices, normal);
     grid.origin_mm = series.slices.front().position_mm;
     grid.direction << first.axis_x, first.axis_y, normal;
+    follow_tilt(series.slices, normal, grid);
     return grid;
 }
 

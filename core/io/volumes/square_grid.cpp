@@ -76,14 +76,19 @@ SquareLattice square_lattice(const VoxelGrid& sheared) {
     square.from_square = inverse_of(along) * along.diagonal().asDiagonal();
     const Eigen::Matrix3d to_square = along.diagonal().cwiseInverse().asDiagonal() * along;
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (int corner = 0; corner < 8; ++corner) {  // of what the voxels' interpolant covers
+    for (int corner = 0; corner < 8; ++corner) {  // of what the voxels' interpolant covers in the planes of the slices
         Eigen::Vector3d at;
-        for (int axis = 0; axis < 3; ++axis) at[axis] = (corner >> axis & 1) != 0 ? sheared.size[axis] : -1;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int margin = axis == square.slices ? 0 : 1;
+            at[axis] = (corner >> axis & 1) != 0 ? sheared.size[axis] - 1 + margin : -margin;
+        }
         low = low.cwiseMin(to_square * at);
         high = high.cwiseMax(to_square * at);
     }
     constexpr double kRounding = 1e-3;  // of a voxel: no plane of nothing for the rounding of floats
-    const Eigen::Vector3d first = (low.array() + kRounding).floor() + 1, end = (high.array() - kRounding).ceil();
+    Eigen::Vector3d first = (low.array() + kRounding).floor() + 1, end = (high.array() - kRounding).ceil();
+    first[square.slices] = 0;
+    end[square.slices] = sheared.size[square.slices];
     constexpr double kMostTimes = 100, kFew = 1e6;
     if (!((end - first).prod() < kMostTimes * static_cast<double>(sheared.voxel_count()) + kFew)) {
         throw Error("the voxel axes are too oblique: a square grid around them would have " +

@@ -92,14 +92,37 @@ TEST_F(Dicom, TwoSlicesAtOnePlaceAreRefused) {
     EXPECT_THAT(error_of([&] { (void)read_volume(folder_); }), HasSubstr("same place"));
 }
 
-TEST_F(Dicom, GantryTiltIsRefused) {
+/// Slices 3 mm apart along z, whose places along y are given.
+void write_tilted(const std::filesystem::path& folder, const std::vector<double>& y_mm) {
     DicomBytes dicom;
-    for (int i = 0; i < 3; ++i) {
-        dicom.position = "0\\" + std::to_string(i) + "\\" + std::to_string(3 * i);
+    for (std::size_t i = 0; i < y_mm.size(); ++i) {
+        dicom.position = "0\\" + std::to_string(y_mm[i]) + "\\" + std::to_string(3 * i);
         dicom.instance_uid = "1.2.3.1." + std::to_string(i);
-        (void)write(std::to_string(i), dicom.with(std::vector<std::uint16_t>(6, 0)));
+        std::ofstream(folder / std::to_string(i), std::ios::binary)
+            << dicom.with(std::vector<std::uint16_t>(6, static_cast<std::uint16_t>(1024 + 100 * i)));
     }
-    EXPECT_THAT(error_of([&] { (void)read_volume(folder_); }), HasSubstr("gantry tilt"));
+}
+
+TEST_F(Dicom, TiltedGantryIsResampledWithANote) {
+    write_tilted(folder_, {0, 0.75, 1.5});  // a row further from slice to slice: voxels move by whole rows
+    const VolumeFile file = read_volume(folder_);
+    EXPECT_THAT(file.notes, Contains(HasSubstr("14.036 degrees off a right angle")));
+    EXPECT_EQ(file.volume.grid.size, Eigen::Vector3i(3, 4, 3));
+    EXPECT_LT((file.volume.grid.spacing_mm - Eigen::Vector3d(0.5, 0.75, 3)).norm(), 1e-9);
+    EXPECT_LT((file.volume.grid.origin_mm).norm(), 1e-9);
+    for (int z = 0; z < 3; ++z) {
+        for (int y = 0; y < 4; ++y) {
+            const bool is_inside = y >= z && y < z + 2;
+            EXPECT_NEAR(file.volume(1, y, z), is_inside ? 0.0193 * (1 + 0.1 * z) : 0, 1e-6) << y << " " << z;
+        }
+    }
+}
+
+TEST_F(Dicom, SlicesThatAreNoLatticeAreRefused) {
+    write_tilted(folder_, {0, 2, 1.5});
+    EXPECT_THAT(error_of([&] { (void)read_volume(folder_); }), HasSubstr("from the line of the others"));
+    write_tilted(folder_, {0, 4, 8});
+    EXPECT_THAT(error_of([&] { (void)read_volume(folder_); }), HasSubstr("at most 45 degrees"));
 }
 
 TEST_F(Dicom, SlicesOfDifferentSizeAreRefused) {
