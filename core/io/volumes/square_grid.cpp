@@ -193,6 +193,10 @@ void check_and_square(VoxelGrid& grid, const std::string& where, std::vector<std
                     "): squared, which moves no voxel by more than " + rounded(moved_mm) + " mm");
 }
 
+VoxelGrid square_grid(const VoxelGrid& grid) {
+    return shear_of(grid.direction).cosine <= kSquare ? grid : square_lattice(grid).grid;
+}
+
 void on_square_grid(Volume& volume, std::vector<std::string>& notes) {
     if (shear_of(volume.grid.direction).cosine <= kSquare) return;
     const SquareLattice square = square_lattice(volume.grid);

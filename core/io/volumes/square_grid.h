@@ -12,6 +12,9 @@ namespace raylign::detail {
 /// on_square_grid. Throws Error for spacing and origin out of range and for axes that are not of unit length.
 void check_and_square(VoxelGrid& grid, const std::string& where, std::vector<std::string>& notes);
 
+/// The grid that on_square_grid puts a volume on.
+[[nodiscard]] VoxelGrid square_grid(const VoxelGrid& grid);
+
 /// The volume on a grid with axes at right angles, as tilted CT needs it: the planes of its slices stay, and move
 /// within themselves; voxels between are linear, those beyond are 0 (air). Sets a note. A square grid is left as it is.
 void on_square_grid(Volume& volume, std::vector<std::string>& notes);

@@ -240,7 +240,7 @@ VoxelGrid detail::read_volume_grid(const std::filesystem::path& path, const Volu
     (void)read_raster(path, [&](const Raster& header) {
         check_volume(header, path);
         std::vector<std::string> ignored;
-        grid = grid_of(header, options, path, ignored);
+        grid = square_grid(grid_of(header, options, path, ignored));
     });
     return grid;
 }

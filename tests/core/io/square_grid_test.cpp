@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/linear_algebra.h"
+#include "core/io/volumes/volume_grid.h"
 #include "io_files.h"
 #include "raylign/io/volume.h"
 #include "tests/support/test_data.h"
@@ -172,6 +173,8 @@ TEST_F(SquareGridFile, TiltedCtIsReadWithANote) {
     EXPECT_THAT(file.notes, Contains(HasSubstr("11.31 degrees off a right angle")));
     EXPECT_GT(file.volume.grid.size.y(), 2);
     EXPECT_EQ(file.file_grid.size, file.volume.grid.size);
+    EXPECT_EQ(read_volume_grid(path).size, file.volume.grid.size);
+    EXPECT_EQ(read_volume_grid(path).origin_mm, file.volume.grid.origin_mm);
     EXPECT_GT(read_label_map(path, file.volume.grid).grid.size.y(), 2);
 }
 
