@@ -1,13 +1,10 @@
 #include "core/io/geometry/number_text_reader.h"
 
-#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "core/base/error.h"
-#include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
+#include "core/io/files/text_file.h"
 
 namespace raylign::detail {
 namespace {
@@ -38,16 +35,7 @@ std::vector<std::string_view> parts_of(std::string_view text) {
 
 std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent keep_indent) {
     constexpr std::uintmax_t kLargest = 1 << 20;
-    check_readable_file(path);
-    if (std::filesystem::file_size(path) > kLargest) {
-        throw bad_value("size of the geometry file", std::to_string(std::filesystem::file_size(path)) + " bytes",
-                        "at most 1 MB of text", path.string());
-    }
-    std::ifstream file(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(file), {}};
-    if (text.find('\0') != std::string::npos) throw Error(path.string() + " is no text file");
-    for (std::size_t at = 0; (at = text.find("\r\n", at)) != std::string::npos;) text.erase(at, 1);
-    std::ranges::replace(text, '\r', '\n');  // a lone one ends a line on old Macintoshes
+    const std::string text = read_text_file(path, kLargest);
     std::vector<TextLine> lines;
     int number = 0;
     for (const std::string_view line : split(text, '\n')) {
