@@ -50,22 +50,25 @@ std::vector<std::string> csv_cells(std::string_view line, char separator) {
 
 bool is_heading(const std::vector<std::string>& cells) { return std::ranges::none_of(cells, begins_like_a_number); }
 
-std::vector<CsvRow> csv_rows(const std::filesystem::path& path) {
+CsvTable read_csv(const std::filesystem::path& path) {
     const std::string text = read_text_file(path);
-    std::vector<CsvRow> rows;
-    bool may_be_heading = true;
+    CsvTable table;
     std::optional<char> separator;
     int number = 0;
     for (const std::string_view whole : split(text, '\n')) {
         ++number;
         const std::string_view line = trimmed(whole);
         if (line.empty() || line.front() == '#') continue;
-        if (!separator) separator = separator_of(line);
+        const bool is_first = !separator;
+        if (is_first) separator = separator_of(line);
         CsvRow row{number, csv_cells(line, *separator), path.string() + ", line " + std::to_string(number)};
-        if (!(may_be_heading && is_heading(row.cells))) rows.push_back(std::move(row));
-        may_be_heading = false;
+        if (is_first && is_heading(row.cells)) {
+            table.heading = std::move(row);
+        } else {
+            table.rows.push_back(std::move(row));
+        }
     }
-    return rows;
+    return table;
 }
 
 double csv_number(const std::string& cell, std::string_view what, std::string_view allowed, const std::string& where) {

@@ -22,9 +22,18 @@ struct CsvRow {
 /// not make a heading of it.
 [[nodiscard]] bool is_heading(const std::vector<std::string>& cells);
 
-/// The rows of a table. The first row tells what is between cells: commas, else semicolons, else tabs, else blanks.
-/// Blank lines, lines that begin with # and a first row that is a heading are left out. Throws Error for a file that is no text.
-[[nodiscard]] std::vector<CsvRow> csv_rows(const std::filesystem::path& path);
+/// A table: a heading where its first row is one (see is_heading), else an empty row, and the others.
+struct CsvTable {
+    CsvRow heading;
+    std::vector<CsvRow> rows;
+};
+
+/// Reads a table. The first row tells what is between cells: commas, else semicolons, else tabs, else blanks.
+/// Blank lines and lines that begin with # are left out. Throws Error for a file that is no text.
+[[nodiscard]] CsvTable read_csv(const std::filesystem::path& path);
+
+/// Its rows, whether it has a heading or not.
+[[nodiscard]] inline std::vector<CsvRow> csv_rows(const std::filesystem::path& path) { return read_csv(path).rows; }
 
 /// A cell as a finite number. Throws Error naming `what`, the cell and `where`.
 [[nodiscard]] double csv_number(const std::string& cell, std::string_view what, std::string_view allowed,

@@ -210,6 +210,17 @@ std::string JsonNode::string() const {
     return value_->get<std::string>();
 }
 
+bool JsonNode::boolean() const {
+    if (!value_->is_boolean()) throw error("true or false");
+    return value_->get<bool>();
+}
+
+std::vector<double> JsonNode::numbers() const {
+    std::vector<double> all(array_size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = at(i).number();
+    return all;
+}
+
 Eigen::Vector2i JsonNode::size_px() const {
     constexpr double kLargest = 65536;  // per side; more is a slip of the pen
     const Eigen::Vector2d size = vector<2>();

@@ -33,9 +33,8 @@ std::vector<std::string_view> parts_of(std::string_view text) {
 
 }  // namespace
 
-std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent keep_indent) {
-    constexpr std::uintmax_t kLargest = 1 << 20;
-    const std::string text = read_text_file(path, kLargest);
+std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent keep_indent, std::uintmax_t most_bytes) {
+    const std::string text = read_text_file(path, most_bytes);
     std::vector<TextLine> lines;
     int number = 0;
     for (const std::string_view line : split(text, '\n')) {
@@ -47,17 +46,19 @@ std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent k
     return lines;
 }
 
-std::vector<double> line_numbers(const TextLine& line, std::size_t count, const std::string& what,
-                                 const std::filesystem::path& path) {
+std::optional<std::vector<double>> number_parts(std::string_view line) {
     std::vector<double> numbers;
-    for (const std::string_view part : parts_of(line.text)) {
+    for (const std::string_view part : parts_of(line)) {
         const std::optional<double> number = number_from(part);
-        if (!number || !std::isfinite(*number)) {
-            numbers.clear();
-            break;
-        }
+        if (!number || !std::isfinite(*number)) return std::nullopt;
         numbers.push_back(*number);
     }
+    return numbers;
+}
+
+std::vector<double> line_numbers(const TextLine& line, std::size_t count, const std::string& what,
+                                 const std::filesystem::path& path) {
+    const std::vector<double> numbers = number_parts(line.text).value_or(std::vector<double>());
     if (numbers.size() != count) {
         throw bad_value(what, "\"" + line.text.substr(0, 80) + "\"", std::to_string(count) + " numbers",
                         path.string() + ", line " + std::to_string(line.number));

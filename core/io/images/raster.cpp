@@ -44,9 +44,8 @@ ImageIOBase::Pointer make_image_io(FileFormat format) {
             return itk::PNGImageIO::New().GetPointer();
         case FileFormat::dicom:
             return itk::GDCMImageIO::New().GetPointer();
-        case FileFormat::jpeg:
-        case FileFormat::tiff:
-            break;  // not through ITK, see tiff_file.h
+        default:
+            break;  // TIFF and JPEG: not through ITK
     }
     throw Error("no ITK reader for " + format_name(format));
 }
@@ -263,16 +262,10 @@ Raster read_raster(const std::filesystem::path& path, const std::function<void(c
     const std::string what =
         path.string() + " cannot be read as " + format_name(*format) + " (truncated, damaged or another format?)";
     return with_errors(what, [&] {
-        switch (*format) {
-            case FileFormat::tiff:
-                return read_tiff(path, check);
-            case FileFormat::png:
-                return read_png(path, check);
-            case FileFormat::jpeg:
-                return read_jpeg(path, check);
-            default:
-                return read_with_itk(path, *format, check);
-        }
+        if (*format == FileFormat::tiff) return read_tiff(path, check);
+        if (*format == FileFormat::png) return read_png(path, check);
+        if (*format == FileFormat::jpeg) return read_jpeg(path, check);
+        return read_with_itk(path, *format, check);
     });
 }
 
