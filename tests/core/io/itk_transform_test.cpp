@@ -98,6 +98,23 @@ TEST_F(ItkTransform, APartThatIsNotRigidIsNumbered) {
     EXPECT_THAT(error({composite, shift, {"TranslationTransform", "1", ""}}), HasSubstr("transform 2"));
 }
 
+TEST_F(ItkTransform, ADamagedHeapOfNamesIsAnError) {
+    (void)test::write_itk_pair(at("pair.h5"), Eigen::Vector3d::Zero());
+    const RigidTransform whole = read_pose(at("pair.h5"));
+    const std::string bytes = test::content_of(at("pair.h5"));
+    const std::size_t heap = bytes.find("GCOL");
+    ASSERT_NE(heap, std::string::npos);
+    for (std::size_t i = 0; i < 96; ++i) {
+        std::string damaged = bytes;
+        damaged[heap + i] = static_cast<char>(damaged[heap + i] ^ 0xF1);
+        try {
+            EXPECT_EQ(to_matrix(read_pose(write("damaged.h5", damaged))), to_matrix(whole)) << i;
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), HasSubstr("damaged.h5")) << i;
+        }
+    }
+}
+
 TEST_F(ItkTransform, FilesOfItkAreReadAsItkAppliesThem) {
     for (const char* name : {"pair.tfm", "pair.h5", "composite.tfm", "composite.h5"}) {
         const Eigen::Vector3d world(7, -3, 2);
