@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <iostream>
 
@@ -14,7 +15,7 @@
 namespace raylign::detail::apps {
 namespace {
 
-enum class OutputFormat { views_json, mayacam2, rtk, plastimatch, opencv };
+enum class OutputFormat { views_json, mayacam2, rtk, plastimatch, opencv, vectors };
 
 struct GeometryOptions {
     std::vector<std::string> files;
@@ -23,6 +24,7 @@ struct GeometryOptions {
     std::string size, pixel_pitch;  ///< "W,H" [px], "X,Y" [mm]; "" = from the file
     double sdd_mm = 0;              ///< 0 = from the file
     std::string flip;               ///< "" = the format's own
+    std::string undistorted;        ///< "true" or "false"; "" = not said
     bool json = false;
 };
 
@@ -43,6 +45,10 @@ GeometryHints hints_of(const GeometryOptions& options) {
     }
     hints.sdd_mm = given(options.sdd_mm);
     if (hints.sdd_mm && !(*hints.sdd_mm > 0)) throw bad_value("--sdd", std::to_string(options.sdd_mm), "positive");
+    if (!options.undistorted.empty() && options.undistorted != "true" && options.undistorted != "false") {
+        throw bad_value("--undistorted", options.undistorted, "true or false");
+    }
+    if (!options.undistorted.empty()) hints.undistorted = options.undistorted == "true";
     if (options.flip.empty()) return hints;
     if (options.flip == "none") hints.flip = ImageFlip::none;
     if (options.flip == "columns") hints.flip = ImageFlip::columns;
@@ -57,13 +63,13 @@ void append_file(const std::filesystem::path& path, const GeometryHints& hints, 
     if (extension_of(path) != ".json") {
         const std::string format(format_name(geometry_format_of(path)));
         for (const GeometryView& view : read_geometry(path, hints)) {
-            summaries.push_back({path, format, view.name, view.geometry, view.flip, view.assumptions});
+            summaries.push_back({path, format, view.name, view.geometry, view.flip, view.distortion, view.assumptions});
         }
         return;
     }
-    if (hints.size_px || hints.pixel_pitch_mm || hints.sdd_mm || hints.flip) {
-        throw Error("--size, --pixel-pitch, --sdd and --flip are for files that lack them: " + path.string() +
-                    " says them itself");
+    if (hints.size_px || hints.pixel_pitch_mm || hints.sdd_mm || hints.flip || hints.undistorted) {
+        throw Error("--size, --pixel-pitch, --sdd, --flip and --undistorted are for files that lack them: " +
+                    path.string() + " says them itself");
     }
     const ViewsFile file = read_views(path, ReadImages::never);
     for (std::size_t i = 0; i < file.views.size(); ++i) {
@@ -71,49 +77,63 @@ void append_file(const std::filesystem::path& path, const GeometryHints& hints, 
         std::vector<std::string> assumptions;
         for (const std::string& note : file.notes) {
             const bool is_of_view = note.starts_with(file.views[i].name + ": ");
+            const std::vector<std::string> doubts = geometry_doubts(file.views[i].geometry);  // told apart
+            if (is_of_view && std::ranges::find(doubts, note.substr(file.views[i].name.size() + 2)) != doubts.end())
+                continue;
             if (is_of_view) assumptions.push_back(note.substr(file.views[i].name.size() + 2));
             const std::string place = "views[" + std::to_string(i) + "]";
             if (note.starts_with(place + ".")) assumptions.push_back(note);
         }
-        summaries.push_back(
-            {path, "views.json", file.views[i].name, file.views[i].geometry, file.origins[i].flip, assumptions});
+        summaries.push_back({path, "views.json", file.views[i].name, file.views[i].geometry, file.origins[i].flip,
+                             file.origins[i].distortion, assumptions});
     }
 }
 
 OutputFormat output_format(const GeometryOptions& options) {
-    constexpr std::array<std::pair<const char*, OutputFormat>, 5> kNames = {{{"views", OutputFormat::views_json},
+    constexpr std::array<std::pair<const char*, OutputFormat>, 6> kNames = {{{"views", OutputFormat::views_json},
                                                                              {"mayacam2", OutputFormat::mayacam2},
                                                                              {"rtk", OutputFormat::rtk},
                                                                              {"plastimatch", OutputFormat::plastimatch},
-                                                                             {"opencv", OutputFormat::opencv}}};
+                                                                             {"opencv", OutputFormat::opencv},
+                                                                             {"vectors", OutputFormat::vectors}}};
     for (const auto& [name, format] : kNames) {
         if (options.format == name) return format;
     }
     if (!options.format.empty()) {
-        throw bad_value("--format", options.format, "one of views, mayacam2, rtk, plastimatch, opencv");
+        throw bad_value("--format", options.format, "one of views, mayacam2, rtk, plastimatch, opencv, vectors");
     }
     const std::string extension = extension_of(options.output);
     if (extension == ".json") return OutputFormat::views_json;
     if (extension == ".xml") return OutputFormat::rtk;
     if (extension == ".yml" || extension == ".yaml") return OutputFormat::opencv;
     if (extension == ".txt") return OutputFormat::mayacam2;
-    throw bad_value("-o", options.output.string(),
-                    "a name ending in .json (views.json), .txt (MayaCam 2), .xml (RTK) or .yml (OpenCV), or with "
-                    "--format");
+    if (extension == ".csv") return OutputFormat::vectors;
+    throw bad_value(
+        "-o", options.output.string(),
+        "a name ending in .json (views.json), .txt (MayaCam 2), .xml (RTK), .yml (OpenCV) or .csv (vectors), or with "
+        "--format");
 }
 
 /// Returns the text of the output; `notes` gets what its reader must know.
 std::string converted(OutputFormat format, const std::vector<ViewSummary>& summaries, std::vector<std::string>& notes) {
     std::vector<ViewGeometry> geometries;
-    for (const ViewSummary& summary : summaries) geometries.push_back(summary.geometry);
+    std::vector<std::string> names;
+    for (const ViewSummary& summary : summaries) {
+        geometries.push_back(summary.geometry);
+        names.push_back(summary.name);
+        if (!summary.distortion || format == OutputFormat::opencv) continue;
+        throw Error("this format has no place for the distortion of " + summary.name +
+                    ": write views.json or OpenCV's YAML, or undistort the images and say --undistorted true");
+    }
+    if (format == OutputFormat::vectors) return vectors_text(geometries, names);
     if (format == OutputFormat::rtk) return rtk_text(geometries, notes);
     if (geometries.size() > 1) {
         throw Error("this format holds one view, and there are " + std::to_string(geometries.size()) +
-                    ": give one file at a time, or write views.json or RTK's XML");
+                    ": give one file at a time, or write views.json, RTK's XML or vectors");
     }
     if (format == OutputFormat::mayacam2) return mayacam2_text(geometries.front());
     if (format == OutputFormat::plastimatch) return plastimatch_text(geometries.front());
-    return opencv_text(geometries.front());
+    return opencv_text(geometries.front(), summaries.front().distortion);
 }
 
 /// Two files may call their views alike.
@@ -140,11 +160,13 @@ void write_converted(const GeometryOptions& options, const std::vector<ViewSumma
     }
     std::vector<View> views;
     std::vector<ImageFlip> flips;
+    std::vector<std::optional<Distortion>> distortions;
     for (const ViewSummary& summary : summaries) {
         views.push_back({summary.name, summary.geometry, {}, {}});
         flips.push_back(summary.flip);
+        distortions.push_back(summary.distortion);
     }
-    write_views(options.output, views, {}, flips);
+    write_views(options.output, views, {}, flips, distortions);
 }
 
 int run_geometry(const GeometryOptions& options) {
@@ -170,7 +192,7 @@ void add_geometry_command(CLI::App& app, Job& job) {
     CLI::App& command = *app.add_subcommand("geometry", "Explain and convert the geometry of X-ray views");
     command
         .add_option("files", options->files,
-                    "views.json, MayaCam 1 or 2, RTK XML, plastimatch matrix, OpenCV YAML, DICOM X-ray,\n"
+                    "views.json, MayaCam 1 or 2, RTK XML, plastimatch matrix, OpenCV YAML, vectors, DICOM X-ray,\n"
                     "JointTrack calibration, Autoscoper trial")
         ->required()
         ->option_text("FILE ... (required)");
@@ -184,13 +206,20 @@ void add_geometry_command(CLI::App& app, Job& job) {
     describe(command.add_option("--flip", options->flip,
                                 "Stored pixels to reverse: none, columns or rows; default the format's own"),
              "NAME", kStartGroup);
+    describe(
+        command.add_option("--undistorted", options->undistorted,
+                           "Whether the images come undistorted, so that the file's distortion is not to be undone:\n"
+                           "true or false; default false (MayaCam: must be said)"),
+        "BOOL", kStartGroup);
     describe(command.add_option("-o,--output", options->output,
-                                "Converted: .json (views.json), .txt (MayaCam 2), .xml (RTK), .yml (OpenCV);\n"
+                                "Converted: .json (views.json), .txt (MayaCam 2), .xml (RTK), .yml (OpenCV),\n"
+                                ".csv (vectors);\n"
                                 "default none"),
              "FILE", kOutputGroup);
-    describe(command.add_option("--format", options->format,
-                                "Of -o: views, mayacam2, rtk, plastimatch or opencv; default by its extension"),
-             "NAME", kOutputGroup);
+    describe(
+        command.add_option("--format", options->format,
+                           "Of -o: views, mayacam2, rtk, plastimatch, opencv or vectors; default by its extension"),
+        "NAME", kOutputGroup);
     command.add_flag("--json", options->json, "Print JSON; default off")->group(kOutputGroup);
     finish_command(command,
                    "  raylign geometry cam01.txt cam02.txt\n"

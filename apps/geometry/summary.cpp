@@ -29,10 +29,10 @@ Eigen::Vector3d at_depth(const ViewGeometry& view, const Eigen::Vector2d& pixel,
     return inverse(view.camera_from_world) * camera;
 }
 
-/// Depth of the world's origin; empty where it lies behind the source.
+/// Depth of the world's origin; empty where it lies behind the source, or in it.
 std::optional<double> isocentre_depth_mm(const ViewGeometry& view) {
     const double depth = view.camera_from_world.translation_mm.z();
-    return depth > 0 ? std::optional(depth) : std::nullopt;
+    return depth > 1e-3 ? std::optional(depth) : std::nullopt;
 }
 
 /// Sides of the image at the isocentre's depth [mm].
@@ -47,9 +47,14 @@ std::string flip_text(ImageFlip flip) {
 
 std::string isocentre_lines(const ViewGeometry& view) {
     const std::optional<double> depth = isocentre_depth_mm(view);
-    constexpr double kAtSource_mm = 1e-6;
-    if (source_world_mm(view).norm() < kAtSource_mm) return view_line("isocentre", "the world's origin is the source");
-    if (!depth) return view_line("isocentre", "the world's origin lies BEHIND the source: mirrored, or another world?");
+    if (view.camera_from_world.translation_mm.norm() < 1e-3) {
+        return view_line("isocentre", "the world's origin is the source: a camera's own frame");
+    }
+    if (!depth) {
+        return view_line("isocentre",
+                         "the world's origin lies behind the source: right where it is another camera's or the room's; "
+                         "mirrored where the object is near it");
+    }
     const Eigen::Vector2d field = field_mm(view, *depth);
     const Eigen::Vector2d pixel = project(view, Eigen::Vector3d::Zero());
     return view_line(
@@ -72,6 +77,13 @@ std::string view_text(const ViewSummary& summary) {
                           (summary.flip == ImageFlip::none ? "" : ", stored " + flip_text(summary.flip) + " reversed"));
     text += view_line(
         "K", format("fx %.4f  fy %.4f  cx %.4f  cy %.4f  skew %.4g px", k(0, 0), k(1, 1), k(0, 2), k(1, 2), k(0, 1)));
+    if (summary.distortion) {
+        const Distortion& d = *summary.distortion;
+        text +=
+            view_line("distortion", format("k1 %.6g, k2 %.6g, p1 %.6g, p2 %.6g, k3 %.6g, k4 %.6g, k5 %.6g, k6 %.6g: "
+                                           "undone on reading",
+                                           d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6));
+    }
     text += view_line("source", point_text(source_world_mm(view)) + " mm in world");
     if (view.camera.sdd_mm) {
         const Eigen::Vector2d pitch = *view.camera.pixel_pitch_mm();
@@ -89,6 +101,7 @@ std::string view_text(const ViewSummary& summary) {
                                        angles.primary_deg, angles.secondary_deg, angles.in_plane_deg));
     text += isocentre_lines(view);
     for (const std::string& assumption : summary.assumptions) text += view_line("assumed", assumption);
+    for (const std::string& doubt : geometry_doubts(view)) text += view_line("doubt", doubt);
     return text;
 }
 
@@ -116,7 +129,12 @@ Json view_json(const ViewSummary& summary) {
         json["sad_mm"] = *depth;
         json["field_at_isocentre_mm"] = vector_json(field_mm(view, *depth));
     }
+    if (summary.distortion) {
+        const Distortion& d = *summary.distortion;
+        json["distortion"] = {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6};
+    }
     json["assumptions"] = summary.assumptions;
+    json["doubts"] = geometry_doubts(view);
     return json;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct ViewSummary {
     std::string name;
     ViewGeometry geometry;
     ImageFlip flip = ImageFlip::none;
+    std::optional<Distortion> distortion;
     std::vector<std::string> assumptions;
 };
 

@@ -22,11 +22,11 @@ std::size_t view_named(const std::string& name, const ViewsFile& views) {
     return static_cast<std::size_t>(found - names.begin());
 }
 
-/// Points are marked on pixels as stored; the camera is that of the turned image.
-Eigen::Vector2d turned(Eigen::Vector2d pixel, ImageFlip flip, const Eigen::Vector2i& size_px) {
-    if (flip == ImageFlip::columns) pixel.x() = size_px.x() - 1 - pixel.x();
-    if (flip == ImageFlip::rows) pixel.y() = size_px.y() - 1 - pixel.y();
-    return pixel;
+/// Points are marked on pixels as stored; the camera is that of the turned, undistorted image.
+Eigen::Vector2d camera_pixel(Eigen::Vector2d pixel, const ViewOrigin& origin, const Camera& camera) {
+    if (origin.flip == ImageFlip::columns) pixel.x() = camera.size_px.x() - 1 - pixel.x();
+    if (origin.flip == ImageFlip::rows) pixel.y() = camera.size_px.y() - 1 - pixel.y();
+    return origin.distortion ? undistorted_px(camera, *origin.distortion, pixel) : pixel;
 }
 
 std::size_t landmark_of(const ImagePoint& point, std::size_t row, const std::vector<Landmark>& landmarks,
@@ -58,7 +58,7 @@ FirstGuess guess_by_landmarks(const StartFlags& flags, const ViewsFile& views) {
             const std::size_t landmark = landmark_of(points[row], row, landmarks, file);
             sightings.push_back(
                 {landmark, view,
-                 turned(points[row].pixel, views.origins[view].flip, views.views[view].geometry.camera.size_px)});
+                 camera_pixel(points[row].pixel, views.origins[view], views.views[view].geometry.camera)});
             const std::string& name = landmarks[landmark].name;
             labels.push_back((name.empty() ? std::to_string(landmark + 1) : name) + " in " + view_name);
         }

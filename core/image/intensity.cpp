@@ -278,7 +278,7 @@ XrayConversion line_integral_from_xray(const RawXray& raw, const Image& mask, co
     if (!mask.empty() && (mask.width != raw.image.width || mask.height != raw.image.height)) {
         throw bad_value("mask size", size(mask), "the image's, " + size(raw.image), where);
     }
-    XrayConversion result{raw.image, mask, {}};
+    XrayConversion result{raw.image, mask, raw.notes};
     if (usable_pixels(raw.image, {}).empty()) throw Error("image " + std::string(where) + ": has no finite pixel");
     if (usable_pixels(raw.image, mask).empty()) {
         throw Error("image " + std::string(where) + ": no finite pixel is left by its mask");

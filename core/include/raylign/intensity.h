@@ -49,13 +49,14 @@ struct RawXray {
     IntensityRelation relation = IntensityRelation::unknown;
     int relation_sign = 0;  ///< DICOM (0028,1041): 1 = larger pixels for more X-rays, -1 = for fewer, 0 = not said
     Image shutter;          ///< DICOM shutter and collimator tags: 0 outside; empty = none
+    std::vector<std::string> notes;  ///< what the file says besides: lossy compression, another orientation
 };
 
 /// An X-ray as a View takes it.
 struct XrayConversion {
     Image line_integral;  ///< denser = larger
     Image weights;        ///< given mask; 0 where not finite or outside a framed field of view; empty = all ones
-    std::vector<std::string> decisions;  ///< what was settled automatically and from what, for the report
+    std::vector<std::string> decisions;  ///< the file's notes; what was settled automatically and from what
 };
 
 /// transmission: -log(I / I0) with I floored at a small positive share of I0; line integral: as is, sign by polarity.

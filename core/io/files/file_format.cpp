@@ -15,7 +15,7 @@
 namespace raylign::detail {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, FileFormat>, 15> kExtensions = {{
+constexpr std::array<std::pair<std::string_view, FileFormat>, 17> kExtensions = {{
     {".nii", FileFormat::nifti},
     {".nii.gz", FileFormat::nifti},
     {".hdr", FileFormat::nifti},
@@ -28,6 +28,8 @@ constexpr std::array<std::pair<std::string_view, FileFormat>, 15> kExtensions = 
     {".tif", FileFormat::tiff},
     {".tiff", FileFormat::tiff},
     {".png", FileFormat::png},
+    {".jpg", FileFormat::jpeg},
+    {".jpeg", FileFormat::jpeg},
     {".dcm", FileFormat::dicom},
     {".dicom", FileFormat::dicom},
     {".ima", FileFormat::dicom},
@@ -47,6 +49,8 @@ std::string format_name(FileFormat format) {
             return "TIFF";
         case FileFormat::png:
             return "PNG";
+        case FileFormat::jpeg:
+            return "JPEG";
         case FileFormat::dicom:
             return "DICOM";
     }

@@ -6,7 +6,7 @@
 
 namespace raylign::detail {
 
-enum class FileFormat { nifti, meta, nrrd, tiff, png, dicom };
+enum class FileFormat { nifti, meta, nrrd, tiff, png, jpeg, dicom };
 [[nodiscard]] std::string format_name(FileFormat format);
 
 /// By the extension, in any case of letters; files with another extension, or none, by DICOM's mark at byte 128.

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <vector>
 
 #include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
+#include "core/io/files/text_file.h"
 
 namespace raylign::detail {
 namespace {
@@ -30,16 +32,19 @@ public:
         }
         return true;
     }
-    [[nodiscard]] const std::string& duplicate() const { return duplicate_; }
+    [[nodiscard]] const std::optional<std::string>& duplicate() const { return duplicate_; }
 
 private:
     std::vector<std::set<std::string>> open_;
-    std::string duplicate_;
+    std::optional<std::string> duplicate_;
 };
+
+/// Names of files need not be UTF-8: what is not is shown as U+FFFD.
+std::string json_dump(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 std::string shown(const json& value) {
     constexpr std::size_t kLongest = 80;
-    std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+    std::string text = json_dump(value);
     if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
     return text;
 }
@@ -50,7 +55,7 @@ bool is_flat(const json& value) {
 
 void append(std::string& text, const json& value, const std::string& indent) {
     if (!value.is_structured() || value.empty()) {
-        text += value.dump();
+        text += json_dump(value);
         return;
     }
     const bool flat = is_flat(value);
@@ -62,7 +67,7 @@ void append(std::string& text, const json& value, const std::string& indent) {
     for (auto it = value.begin(); it != value.end(); ++it) {
         if (!first) text += separator;
         first = false;
-        if (value.is_object()) text += json(it.key()).dump() + ": ";
+        if (value.is_object()) text += json_dump(it.key()) + ": ";
         append(text, *it, inner);
     }
     if (!flat) text += "\n" + indent;
@@ -71,11 +76,25 @@ void append(std::string& text, const json& value, const std::string& indent) {
 
 constexpr int kDeepestLevel = 64;  // levels; no file of this project has 10, and printing a value recurses
 
-/// nlohmann's message without its prefix "[json.exception.parse_error.101] ".
+/// nlohmann's message without its prefix "[json.exception.parse_error.101] ", and without what it quotes at length.
 std::string reason(const json::exception& failure) {
-    const std::string message = failure.what();
+    constexpr std::size_t kLongest = 240;
+    std::string message = failure.what();
     const std::size_t prefix = message.find("] ");
-    return prefix == std::string::npos ? message : message.substr(prefix + 2);
+    if (prefix != std::string::npos) message.erase(0, prefix + 2);
+    if (message.size() > kLongest) message = message.substr(0, kLongest) + "...";
+    return message;
+}
+
+/// What other programs write into JSON although it has no such thing; "" where it is nothing known.
+std::string hint(const std::string& text, std::size_t at) {
+    std::string_view rest = std::string_view(text).substr(std::min(at, text.size()));
+    if (rest.starts_with('-')) rest.remove_prefix(1);
+    for (const std::string_view word : {"NaN", "nan", "Infinity", "inf", "Inf"}) {
+        if (rest.starts_with(word)) return " (JSON has no " + std::string(word) + ": give a finite number)";
+    }
+    if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with('#')) return " (JSON has no comments)";
+    return {};
 }
 
 /// "line 3, column 14" of the last of the characters read.
@@ -101,6 +120,12 @@ json parse(std::istringstream& stream, DuplicateKeys& keys, const std::string& n
     } catch (const json::out_of_range& failure) {  // says no position; the character after the number was read, too
         throw Error(name + " is not valid JSON: " + reason(failure) + " at " +
                     position(stream.str(), bytes_read() - 1));
+    } catch (const json::parse_error& failure) {  // its byte counts from 1, the last one read
+        const std::size_t at = failure.byte > 0 ? failure.byte - 1 : 0;
+        const std::string& text = stream.str();
+        const std::string known =
+            hint(text, at).empty() ? hint(text, at - std::min<std::size_t>(at, 1)) : hint(text, at);
+        throw Error(name + " is not valid JSON: " + reason(failure) + known);
     } catch (const json::exception& failure) {
         throw Error(name + " is not valid JSON: " + reason(failure));
     }
@@ -111,10 +136,17 @@ json parse(std::istringstream& stream, DuplicateKeys& keys, const std::string& n
 json read_json(const std::filesystem::path& path) {
     check_readable_file(path);
     std::ifstream file(path, std::ios::binary);
-    std::istringstream text(std::string(std::istreambuf_iterator<char>(file), {}));
+    std::string bytes(std::istreambuf_iterator<char>(file), {});
+    refuse_utf16(bytes, path);
+    // The parser takes a NUL for the end and would not look at what follows.
+    const std::size_t nul = bytes.find('\0');
+    if (nul != std::string::npos) {
+        throw Error(path.string() + " is not valid JSON: a NUL byte at " + position(bytes, nul + 1));
+    }
+    std::istringstream text(std::move(bytes));
     DuplicateKeys keys;
     json parsed = parse(text, keys, path.string());
-    if (!keys.duplicate().empty()) throw Error("key \"" + keys.duplicate() + "\" is given twice in " + path.string());
+    if (keys.duplicate()) throw Error("key \"" + *keys.duplicate() + "\" is given twice in " + path.string());
     return parsed;
 }
 
@@ -176,6 +208,17 @@ double JsonNode::positive() const {
 std::string JsonNode::string() const {
     if (!value_->is_string()) throw error("a string");
     return value_->get<std::string>();
+}
+
+bool JsonNode::boolean() const {
+    if (!value_->is_boolean()) throw error("true or false");
+    return value_->get<bool>();
+}
+
+std::vector<double> JsonNode::numbers() const {
+    std::vector<double> all(array_size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = at(i).number();
+    return all;
 }
 
 Eigen::Vector2i JsonNode::size_px() const {

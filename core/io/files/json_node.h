@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -35,6 +36,8 @@ public:
     [[nodiscard]] double positive() const;
     [[nodiscard]] bool is_text() const { return value_->is_string(); }
     [[nodiscard]] std::string string() const;
+    [[nodiscard]] bool boolean() const;
+    [[nodiscard]] std::vector<double> numbers() const;  ///< of an array
     template <int Rows, int Columns>
     [[nodiscard]] Eigen::Matrix<double, Rows, Columns> matrix() const;  ///< array of rows
     template <int Size>

@@ -32,7 +32,9 @@ namespace raylign::detail {
 [[nodiscard]] std::vector<GeometryView> read_plastimatch(const std::filesystem::path& path, const GeometryHints& hints);
 
 /// OpenCV FileStorage YAML: camera_matrix, R (3x3 or rotation vector) or rvec, T or tvec [mm], image_width and
-/// image_height; x_camera = R x_world + T, pixel centres at integers. Distortion must be 0.
+/// image_height; x_camera = R x_world + T, pixel centres at integers. Or a 3x4 projection_matrix alone. Distortion is
+/// to be undone on reading unless the hints say that it was. M1 and M2 with R and T are the two views of a stereo pair:
+/// the world is camera 1's, and x_camera2 = R x_camera1 + T (OpenCV, stereoCalibrate).
 [[nodiscard]] std::vector<GeometryView> read_opencv(const std::filesystem::path& path, const GeometryHints& hints);
 
 /// JointTrack's calibration (JT_INTCALIB or JTA_INTCALIB): principal distance, x and y of the principal point from the
@@ -45,6 +47,13 @@ namespace raylign::detail {
 /// The cameras of an Autoscoper trial (mayaCam_csv, MayaCam 1 or 2), called like their files.
 [[nodiscard]] std::vector<GeometryView> read_autoscoper_cameras(const std::filesystem::path& path,
                                                                 const GeometryHints& hints);
+
+/// A row per view: source, the detector's middle, steps to the next column and the next row [mm of one world]; by a
+/// heading, or as ASTRA's cone_vec without one. The detector's middle is pixel (size - 1) / 2.
+/// Source: ASTRA toolbox, documentation of the projection geometry cone_vec.
+[[nodiscard]] std::vector<GeometryView> read_vectors(const std::filesystem::path& path, const GeometryHints& hints);
+/// Whether a text file is such a table.
+[[nodiscard]] bool is_vectors_table(const std::filesystem::path& path);
 
 /// The tags of a DICOM X-ray (XA, RF, DX, CR) or RT Image: see dicom_geometry.cpp.
 [[nodiscard]] std::vector<GeometryView> read_dicom_geometry(const std::filesystem::path& path,

@@ -1,10 +1,14 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <span>
 
 #include "core/base/error.h"
 #include "core/geometry/camera.h"
 #include "core/io/files/text.h"
+#include "core/io/geometry/distortion.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/number_text_reader.h"
 #include "core/io/geometry/stored_projection.h"
@@ -36,6 +40,33 @@ public:
         throw missing(heading, "is missing");
     }
 
+    /// All numbers below the line `heading`; none where that is not there.
+    [[nodiscard]] std::optional<std::vector<double>> numbers_below(std::string_view heading) const {
+        std::vector<double> numbers;
+        bool is_below = false;
+        for (const TextLine& line : lines_) {
+            const bool is_heading = !number_parts(line.text);
+            if (is_below && is_heading) break;
+            if (is_below) {
+                const std::vector<double> more = *number_parts(line.text);
+                numbers.insert(numbers.end(), more.begin(), more.end());
+            }
+            is_below = is_below || lower_case(line.text) == heading;
+        }
+        if (!is_below) return std::nullopt;
+        return numbers;
+    }
+
+    /// Lines that are no numbers and no heading of `known`.
+    [[nodiscard]] std::vector<std::string> headings_but(std::span<const std::string_view> known) const {
+        std::vector<std::string> others;
+        for (const TextLine& line : lines_) {
+            const bool is_known = std::ranges::find(known, lower_case(line.text)) != known.end();
+            if (!is_known && !number_parts(line.text)) others.push_back(line.text);
+        }
+        return others;
+    }
+
 private:
     [[nodiscard]] Error missing(std::string_view heading, const std::string& what) const {
         return Error("\"" + std::string(heading) + "\" " + what + " in " + path_.string() +
@@ -45,6 +76,24 @@ private:
     std::filesystem::path path_;
     std::vector<TextLine> lines_;
 };
+
+constexpr std::array<std::string_view, 5> kMayaCam2 = {"image size", "camera matrix", "rotation", "translation",
+                                                       "undistortion"};
+
+/// XMALab's section: eight coefficients in OpenCV's order. Whether the images were exported undistorted only the user
+/// knows, so it must be said.
+std::optional<Distortion> mayacam_distortion(const Sections& file, const GeometryHints& hints,
+                                             std::vector<std::string>& assumptions, const std::string& where) {
+    const std::optional<std::vector<double>> numbers = file.numbers_below("undistortion");
+    if (!numbers) return std::nullopt;
+    const std::optional<Distortion> stated = distortion_from(*numbers, "undistortion", where);
+    if (stated && !hints.undistorted) {
+        throw Error("\"undistortion\" in " + where + " is not 0 (" + distortion_text(*stated) +
+                    "): must be told by \"undistorted\" (geometry: --undistorted), true where the images were exported "
+                    "undistorted, false where they are raw and to be undistorted on reading");
+    }
+    return settled_distortion(stated, hints, assumptions);
+}
 
 Eigen::Vector2i whole_size(double width, double height, const std::string& where) {
     if (width != std::round(width) || height != std::round(height) || std::abs(width) > 1e6 || std::abs(height) > 1e6) {
@@ -90,6 +139,7 @@ std::vector<GeometryView> read_mayacam2(const std::filesystem::path& path, const
     const Eigen::Matrix3d rotation = file.matrix("rotation", 3, 3);
     const Eigen::Vector3d translation = file.matrix("translation", 3, 1);
     check_orthonormal(rotation, where);
+    refuse_transposed(intrinsics, "camera matrix", where);
     StoredProjection stored;
     stored.size_px = settled_size(whole_size(size(0, 0), size(0, 1), where), hints, where);
     check_camera({stored.size_px, intrinsics, hints.sdd_mm}, where);
@@ -98,12 +148,21 @@ std::vector<GeometryView> read_mayacam2(const std::filesystem::path& path, const
     stored.assumptions = {
         "MayaCam 2: x_camera = R x_world + t in mm, rows down, pixel centres at integers, size as width, height"};
     note_unknown_sdd(stored);
+    for (const std::string& heading : file.headings_but(kMayaCam2)) {
+        if (lower_case(heading).find("distort") != std::string::npos) {
+            throw bad_value("section", "\"" + heading.substr(0, 40) + "\"", "\"undistortion\", if it has coefficients",
+                            where);
+        }
+        stored.assumptions.push_back("\"" + heading.substr(0, 40) + "\" in the file is not used");
+    }
+    stored.distortion = mayacam_distortion(file, hints, stored.assumptions, where);
     return {finish_view(std::move(stored), hints, path.stem().string(), where)};
 }
 
 std::vector<GeometryView> read_mayacam1(const std::filesystem::path& path, const GeometryHints& hints) {
     const std::string where = path.string();
     refuse_foreign_hints(hints, "MayaCam 1", where);
+    refuse_hint(hints.undistorted.has_value(), "undistorted", "MayaCam 1", where);
     const std::vector<TextLine> lines = text_lines(path);
     if (lines.size() != 5)
         throw bad_value("lines", std::to_string(lines.size()), "5 of three numbers (MayaCam 1)", where);

@@ -1,13 +1,10 @@
 #include "core/io/geometry/number_text_reader.h"
 
-#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "core/base/error.h"
-#include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
+#include "core/io/files/text_file.h"
 
 namespace raylign::detail {
 namespace {
@@ -36,18 +33,8 @@ std::vector<std::string_view> parts_of(std::string_view text) {
 
 }  // namespace
 
-std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent keep_indent) {
-    constexpr std::uintmax_t kLargest = 1 << 20;
-    check_readable_file(path);
-    if (std::filesystem::file_size(path) > kLargest) {
-        throw bad_value("size of the geometry file", std::to_string(std::filesystem::file_size(path)) + " bytes",
-                        "at most 1 MB of text", path.string());
-    }
-    std::ifstream file(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(file), {}};
-    if (text.find('\0') != std::string::npos) throw Error(path.string() + " is no text file");
-    for (std::size_t at = 0; (at = text.find("\r\n", at)) != std::string::npos;) text.erase(at, 1);
-    std::ranges::replace(text, '\r', '\n');  // a lone one ends a line on old Macintoshes
+std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent keep_indent, std::uintmax_t most_bytes) {
+    const std::string text = read_text_file(path, most_bytes);
     std::vector<TextLine> lines;
     int number = 0;
     for (const std::string_view line : split(text, '\n')) {
@@ -59,17 +46,19 @@ std::vector<TextLine> text_lines(const std::filesystem::path& path, KeepIndent k
     return lines;
 }
 
-std::vector<double> line_numbers(const TextLine& line, std::size_t count, const std::string& what,
-                                 const std::filesystem::path& path) {
+std::optional<std::vector<double>> number_parts(std::string_view line) {
     std::vector<double> numbers;
-    for (const std::string_view part : parts_of(line.text)) {
+    for (const std::string_view part : parts_of(line)) {
         const std::optional<double> number = number_from(part);
-        if (!number || !std::isfinite(*number)) {
-            numbers.clear();
-            break;
-        }
+        if (!number || !std::isfinite(*number)) return std::nullopt;
         numbers.push_back(*number);
     }
+    return numbers;
+}
+
+std::vector<double> line_numbers(const TextLine& line, std::size_t count, const std::string& what,
+                                 const std::filesystem::path& path) {
+    const std::vector<double> numbers = number_parts(line.text).value_or(std::vector<double>());
     if (numbers.size() != count) {
         throw bad_value(what, "\"" + line.text.substr(0, 80) + "\"", std::to_string(count) + " numbers",
                         path.string() + ", line " + std::to_string(line.number));

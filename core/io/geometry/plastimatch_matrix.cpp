@@ -92,6 +92,7 @@ std::vector<GeometryView> read_plastimatch(const std::filesystem::path& path, co
                                          {hints.sad_mm.has_value(), "sad_mm"},
                                          {hints.sdd_mm.has_value(), "sdd_mm"},
                                          {hints.unit_mm.has_value(), "unit_mm"},
+                                         {hints.undistorted.has_value(), "undistorted"},
                                          {hints.primary_angle_deg || hints.secondary_angle_deg, "an angle"},
                                          {hints.item != 0, "a frame or projection"}}) {
         refuse_hint(is_given, what, "plastimatch's matrix", where);

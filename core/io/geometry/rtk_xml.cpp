@@ -1,6 +1,7 @@
 #include <expat.h>
 
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -9,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/io/files/text.h"
 #include "core/io/geometry/importers.h"
-#include "core/io/geometry/number_text_reader.h"
 #include "core/io/geometry/stored_projection.h"
 
 namespace raylign {
@@ -31,7 +31,9 @@ struct RtkProjection {
 class RtkParser {
 public:
     explicit RtkParser(const std::filesystem::path& path) : name_(path.string()) {
-        for (const TextLine& line : text_lines(path)) text_ += line.text + "\n";
+        constexpr std::uintmax_t kLargest = std::uintmax_t{4} << 30;
+        const std::uintmax_t bytes = std::filesystem::file_size(path);
+        if (bytes > kLargest) throw bad_value("size", std::to_string(bytes) + " bytes", "at most 4 GB", name_);
     }
 
     std::vector<RtkProjection> parse() {
@@ -41,11 +43,17 @@ public:
         XML_SetUserData(parser_, this);
         XML_SetElementHandler(parser_, &RtkParser::start, &RtkParser::end);
         XML_SetCharacterDataHandler(parser_, &RtkParser::characters);
-        const bool is_well_formed =
-            XML_Parse(parser_, text_.data(), static_cast<int>(text_.size()), 1) == XML_STATUS_OK;
-        if (!fault_.empty()) throw Error(fault_);
-        if (!is_well_formed) {
-            throw Error(name_ + " is not valid XML: " + XML_ErrorString(XML_GetErrorCode(parser_)));
+        std::ifstream file(name_, std::ios::binary);
+        std::vector<char> part(1 << 16);
+        for (bool is_last = false; !is_last;) {
+            file.read(part.data(), static_cast<std::streamsize>(part.size()));
+            is_last = !file;
+            const auto status = XML_Parse(parser_, part.data(), static_cast<int>(file.gcount()), is_last ? 1 : 0);
+            if (!fault_.empty()) throw Error(fault_);
+            if (status != XML_STATUS_OK) {
+                throw Error(name_ + " is not valid XML: " + XML_ErrorString(XML_GetErrorCode(parser_)) + " at line " +
+                            std::to_string(XML_GetCurrentLineNumber(parser_)));
+            }
         }
         if (projections_.empty()) throw Error(name_ + " has no Projection (RTK geometry)");
         return projections_;
@@ -57,12 +65,18 @@ private:
     }
     static void end(void* self, const XML_Char* name) { static_cast<RtkParser*>(self)->end_element(name); }
     static void characters(void* self, const XML_Char* text, int length) {
-        static_cast<RtkParser*>(self)->value_.append(text, static_cast<std::size_t>(length));
+        static_cast<RtkParser*>(self)->add_characters({text, static_cast<std::size_t>(length)});
     }
 
     void fail(const std::string& what) {
         if (fault_.empty()) fault_ = what;
         XML_StopParser(parser_, XML_FALSE);
+    }
+
+    void add_characters(std::string_view text) {
+        constexpr std::size_t kLongest = 4096;  // of the text of an element: a matrix has less than 400
+        if (value_.size() + text.size() > kLongest) return fail("text of more than 4096 characters in " + name_);
+        value_ += text;
     }
 
     void start_element(const std::string& name, const XML_Char** attributes) {
@@ -83,6 +97,8 @@ private:
     void end_element(const std::string& name) {
         --depth_;
         if (name == "Projection") {
+            constexpr std::size_t kMostProjections = 100000;
+            if (projections_.size() == kMostProjections) return fail(name_ + " has more than 100000 projections");
             projections_.push_back(current_);
             in_projection_ = false;
         } else if (name == "Matrix") {
@@ -109,7 +125,7 @@ private:
         current_.matrix = matrix;
     }
 
-    std::string name_, text_, value_, fault_;
+    std::string name_, value_, fault_;
     XML_Parser parser_ = nullptr;
     int depth_ = 0;
     bool in_projection_ = false;
@@ -203,6 +219,7 @@ std::vector<GeometryView> read_rtk(const std::filesystem::path& path, const Geom
     refuse_hint(hints.sad_mm || hints.sdd_mm, "sad_mm or sdd_mm", "RTK's XML", where);
     refuse_hint(hints.primary_angle_deg || hints.secondary_angle_deg, "an angle", "RTK's XML", where);
     refuse_hint(hints.unit_mm.has_value(), "unit_mm", "RTK's XML", where);
+    refuse_hint(hints.undistorted.has_value(), "undistorted", "RTK's XML", where);
     const std::vector<RtkProjection> projections = RtkParser(path).parse();
     const int count = static_cast<int>(projections.size());
     if (hints.item < 0 || hints.item > count) {

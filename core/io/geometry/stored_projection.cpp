@@ -6,6 +6,7 @@
 #include "core/base/linear_algebra.h"
 #include "core/geometry/camera.h"
 #include "core/io/files/text.h"
+#include "core/io/geometry/distortion.h"
 
 namespace raylign::detail {
 namespace {
@@ -77,6 +78,7 @@ GeometryView finish_view(StoredProjection stored, const GeometryHints& hints, co
         view.geometry.camera.intrinsics_px(0, 1) = 0;
     }
     check_camera(view.geometry.camera, where);
+    if (stored.distortion) view.distortion = flipped(*stored.distortion, view.flip);
     if (view.flip != ImageFlip::none) {
         view.assumptions.push_back("the stored image is mirrored against the view from the source: its " +
                                    std::string(flip_name(view.flip)) + " are reversed on reading" +
@@ -98,6 +100,30 @@ Eigen::Vector2i settled_size(const std::optional<Eigen::Vector2i>& stated, const
         throw bad_value("image size", size_words(*size), "in [1, 65536] per side", where);
     }
     return *size;
+}
+
+std::optional<Distortion> settled_distortion(const std::optional<Distortion>& stated, const GeometryHints& hints,
+                                             std::vector<std::string>& assumptions) {
+    if (!stated) return std::nullopt;
+    if (hints.undistorted.value_or(false)) {
+        assumptions.push_back("the images come undistorted, as said: the file's distortion (" +
+                              distortion_text(*stated) + ") is not undone again");
+        return std::nullopt;
+    }
+    assumptions.push_back(
+        "images, masks and points are undistorted on reading (" + distortion_text(*stated) +
+        "); pixels that the stored image does not show get weight 0. Not so if images come undistorted: "
+        "then say so (docs/formats.md, Distortion)");
+    return stated;
+}
+
+void refuse_transposed(const Eigen::Matrix3d& k, const std::string& name, const std::string& where) {
+    const bool is_transposed = (k(2, 0) != 0 || k(2, 1) != 0) && k(0, 2) == 0 && k(1, 2) == 0 && k(2, 2) != 0;
+    if (!is_transposed) return;
+    throw Error(name + " in " + where + " is stored transposed, as MATLAB does: its last row is (" +
+                number_text(k(2, 0)) + ", " + number_text(k(2, 1)) + ", " + number_text(k(2, 2)) +
+                "). The principal point must stand in the last column, counted from 0 at the first pixel's centre "
+                "(MATLAB counts from 1: take 1 off)");
 }
 
 void check_orthonormal(const Eigen::Matrix3d& rotation, const std::string& where) {

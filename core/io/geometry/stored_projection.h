@@ -15,7 +15,8 @@ struct StoredProjection {
     Matrix34 pixel_from_world = Matrix34::Zero();  ///< third row: positive in front of the source
     Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
     std::optional<double> sdd_mm;
-    std::optional<ImageFlip> own_flip;  ///< what the format asks for; empty: pixels are as seen from the source
+    std::optional<Distortion> distortion;  ///< of the pixels as stored
+    std::optional<ImageFlip> own_flip;     ///< what the format asks for; empty: pixels are as seen from the source
     std::vector<std::string> assumptions;
 };
 
@@ -39,6 +40,14 @@ void flip_image(Image& image, ImageFlip flip);
 /// The size that the file states, checked against the hint; or the hint; throws Error where neither is there.
 [[nodiscard]] Eigen::Vector2i settled_size(const std::optional<Eigen::Vector2i>& stated, const GeometryHints& hints,
                                            const std::string& where);
+
+/// The distortion to be undone on reading: the file's, unless the hints say that the images come undistorted. Says so.
+[[nodiscard]] std::optional<Distortion> settled_distortion(const std::optional<Distortion>& stated,
+                                                           const GeometryHints& hints,
+                                                           std::vector<std::string>& assumptions);
+
+/// Throws Error where the principal point stands in the last row of K, as MATLAB keeps it.
+void refuse_transposed(const Eigen::Matrix3d& intrinsics_px, const std::string& name, const std::string& where);
 
 /// Throws Error unless R^T R = 1 within 1e-4 (text files carry few digits); its sign is finish_view's business.
 void check_orthonormal(const Eigen::Matrix3d& rotation, const std::string& where);

@@ -26,7 +26,7 @@ int frames_of(const Raster& raster) {
 void check_image(const Raster& raster, const std::filesystem::path& path) {
     if (raster.components != 1) {
         throw bad_value("numbers per pixel", std::to_string(raster.components),
-                        "1 (grey; colour and transparency are not read)", path.string());
+                        "1 (grey; colours and transparency are not read)", path.string());
     }
     if (raster.size.size() < 2) throw bad_value("size", detail::size_text(raster.size), "2-D", path.string());
 }
@@ -87,6 +87,7 @@ RawXray frame_of(const Raster& raster, const std::optional<detail::DicomTags>& t
     xray.integer_pixels = detail::is_integer(raster.type);
     xray.max_representable = max_representable(raster);
     xray.monochrome1 = raster.white_is_zero;
+    xray.notes = raster.notes;
     if (tags) detail::take_dicom_intensity(*tags, xray);
     return xray;
 }

@@ -3,127 +3,105 @@
 #include <tiffio.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <memory>
 #include <optional>
 
 #include "core/io/files/temporary_file.h"
+#include "core/io/files/text.h"
+#include "core/io/images/image_checks.h"
+#include "core/io/images/quiet_tiff.h"
+#include "core/io/images/tiff_page.h"
 
 namespace raylign::detail {
 namespace {
 
-/// libtiff's handlers print; they are process-wide until 4.5, so they are silenced for as long as this lives.
-struct QuietTiff {
-    TIFFErrorHandler warning = TIFFSetWarningHandler(nullptr);
-    TIFFErrorHandler error = TIFFSetErrorHandler(nullptr);
-    QuietTiff() = default;
-    QuietTiff(const QuietTiff&) = delete;
-    QuietTiff& operator=(const QuietTiff&) = delete;
-    ~QuietTiff() {
-        TIFFSetWarningHandler(warning);
-        TIFFSetErrorHandler(error);
-    }
-};
-
 using Tiff = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
-Tiff open_tiff(const std::filesystem::path& path, const char* mode) {
+/// "m" keeps libtiff from mapping the file: one that shrinks meanwhile is then an error, not a bus error.
+Tiff open_tiff(const std::filesystem::path& path, const char* mode, const QuietTiff& quiet) {
     Tiff file(TIFFOpen(path.c_str(), mode), &TIFFClose);
-    if (!file) throw Error(path.string() + " cannot be opened as TIFF (damaged, truncated or another format?)");
+    if (!file)
+        throw Error(path.string() + " cannot be opened as TIFF (damaged, truncated or another format?)" +
+                    quiet.reason());
     return file;
 }
 
-/// What must be the same on every page.
-struct Page {
-    std::uint32_t width = 0, height = 0;
-    std::uint16_t bits = 1, samples = 1, sample_format = SAMPLEFORMAT_UINT, photometric = PHOTOMETRIC_MINISBLACK;
-    bool operator==(const Page&) const = default;
-};
-
-Page page_of(TIFF* file) {
-    Page page;
-    TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &page.width);
-    TIFFGetField(file, TIFFTAG_IMAGELENGTH, &page.height);
-    TIFFGetFieldDefaulted(file, TIFFTAG_BITSPERSAMPLE, &page.bits);
-    TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLESPERPIXEL, &page.samples);
-    TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLEFORMAT, &page.sample_format);
-    TIFFGetField(file, TIFFTAG_PHOTOMETRIC, &page.photometric);
-    return page;
-}
-
-PixelType type_of(const Page& page, const std::filesystem::path& path) {
-    const bool is_signed = page.sample_format == SAMPLEFORMAT_INT;
-    if (page.sample_format == SAMPLEFORMAT_IEEEFP && page.bits == 32) return PixelType::f32;
-    if (page.sample_format == SAMPLEFORMAT_IEEEFP && page.bits == 64) return PixelType::f64;
-    if (page.sample_format == SAMPLEFORMAT_UINT || is_signed) {
-        if (page.bits == 8) return is_signed ? PixelType::i8 : PixelType::u8;
-        if (page.bits == 16) return is_signed ? PixelType::i16 : PixelType::u16;
-        if (page.bits == 32) return is_signed ? PixelType::i32 : PixelType::u32;
-    }
-    throw bad_value("TIFF pixel type",
-                    std::to_string(page.bits) + " bits, sample format " + std::to_string(page.sample_format),
-                    "integers of 8, 16 or 32 bits or floats of 32 or 64 bits", path.string());
-}
-
-void check_page(const Page& page, const std::filesystem::path& path) {
-    if (page.photometric == PHOTOMETRIC_PALETTE) {
-        throw bad_value("TIFF colours", "a palette", "grey", path.string());
-    }
-    if (page.width < 1 || page.height < 1 || page.width > (1U << 30) || page.height > (1U << 30)) {
-        throw bad_value("TIFF size", std::to_string(page.width) + " x " + std::to_string(page.height), "at least 1 x 1",
-                        path.string());
-    }
-}
-
-int count_pages(TIFF* file, const Page& first, const std::filesystem::path& path) {
+/// Goes through the pages, checks that all are like the first, and that the file can hold what they state together.
+int count_pages(TIFF* file, const TiffPage& first, const std::filesystem::path& path, const QuietTiff& quiet) {
+    const auto file_bytes = static_cast<double>(std::filesystem::file_size(path));
     int pages = 1;
-    for (; TIFFReadDirectory(file); ++pages) {
-        if (page_of(file) == first) continue;
-        throw bad_value("page " + std::to_string(pages + 1), "of another size or pixel type", "like page 1",
-                        path.string());
+    double decoded_bytes = 0, ratio = 1;
+    for (;; ++pages) {
+        const std::string where = path.string() + ", page " + std::to_string(pages);
+        const TiffPage page = tiff_page_of(file);
+        if (pages > 1 && !(page == first))
+            throw bad_value("page " + std::to_string(pages), "of another size or pixel type", "like page 1",
+                            path.string());
+        const TiffClaim claim = tiff_claim_of(file, page, where);
+        decoded_bytes += claim.decoded_bytes;
+        ratio = std::max(ratio, claim.best_ratio);
+        if (decoded_bytes > file_bytes * ratio) {
+            throw Error(where + " is damaged or cut off: up to here the pages state " + number_text(decoded_bytes) +
+                        " bytes of pixels, and the file has " + number_text(file_bytes));
+        }
+        if (TIFFLastDirectory(file)) break;
+        if (TIFFReadDirectory(file)) continue;
+        throw Error(path.string() + ": page " + std::to_string(pages + 1) + " is damaged or cut off" + quiet.reason());
     }
-    // A directory that does not parse ends the loop just like the last one does.
-    if (!TIFFLastDirectory(file))
-        throw Error(path.string() + ": page " + std::to_string(pages + 1) + " is damaged or cut off");
-    if (!TIFFSetDirectory(file, 0)) throw Error(path.string() + ": page 1 cannot be read again");
+    if (!TIFFSetDirectory(file, 0)) throw Error(path.string() + ": page 1 cannot be read again" + quiet.reason());
     return pages;
 }
 
-void read_strips(TIFF* file, std::size_t row_bytes, std::uint32_t height, std::byte* out) {
-    std::uint32_t rows_per_strip = height;
+void read_strips(TIFF* file, const TiffPage& page, std::byte* out) {
+    std::uint32_t rows_per_strip = page.height;
     TIFFGetFieldDefaulted(file, TIFFTAG_ROWSPERSTRIP, &rows_per_strip);
-    for (std::uint32_t row = 0; row < height;) {
-        const std::uint32_t rows = std::min(rows_per_strip, height - row);
-        const auto bytes = static_cast<tmsize_t>(row_bytes * rows);
-        if (TIFFReadEncodedStrip(file, TIFFComputeStrip(file, row, 0), out + row * row_bytes, bytes) != bytes) {
+    const std::size_t packed_row = tiff_row_bytes(page, page.width), row_bytes = page.width * tiff_pixel_bytes(page);
+    if (static_cast<std::size_t>(TIFFScanlineSize(file)) != packed_row || rows_per_strip == 0)
+        throw Error("rows of an odd layout");
+    std::vector<std::byte> packed;
+    for (std::uint32_t row = 0; row < page.height;) {
+        const std::uint32_t rows = std::min(rows_per_strip, page.height - row);
+        const std::size_t bytes = packed_row * rows;
+        std::byte* target = out + row * row_bytes;
+        if (packed_row != row_bytes) {
+            packed.resize(bytes);
+            target = packed.data();
+        }
+        const auto wanted = static_cast<tmsize_t>(bytes);
+        if (TIFFReadEncodedStrip(file, TIFFComputeStrip(file, row, 0), target, wanted) != wanted) {
             throw Error("rows from " + std::to_string(row) + " on are damaged or cut off");
+        }
+        for (std::uint32_t y = 0; packed_row != row_bytes && y < rows; ++y) {
+            unpack_tiff_row(page, packed.data() + y * packed_row, page.width, out + (row + y) * row_bytes);
         }
         row += rows;
     }
 }
 
-void read_tiles(TIFF* file, const Page& page, std::size_t pixel_bytes, std::byte* out) {
+void read_tiles(TIFF* file, const TiffPage& page, std::byte* out) {
     std::uint32_t tile_width = 0, tile_height = 0;
     TIFFGetField(file, TIFFTAG_TILEWIDTH, &tile_width);
     TIFFGetField(file, TIFFTAG_TILELENGTH, &tile_height);
+    const std::size_t tile_row = tiff_row_bytes(page, tile_width), pixel_bytes = tiff_pixel_bytes(page);
     std::vector<std::byte> tile(static_cast<std::size_t>(TIFFTileSize(file)));
     // A size that overflows is 0 to libtiff.
-    if (tile.empty() || tile.size() != std::size_t{tile_width} * tile_height * pixel_bytes)
-        throw Error("tiles of an odd layout");
+    if (tile.empty() || tile.size() != tile_row * tile_height) throw Error("tiles of an odd layout");
     for (std::uint32_t y = 0; y < page.height; y += tile_height) {
         for (std::uint32_t x = 0; x < page.width; x += tile_width) {
             if (TIFFReadTile(file, tile.data(), x, y, 0, 0) < 0) throw Error("a tile is damaged or cut off");
-            const std::size_t columns = std::min(tile_width, page.width - x);
+            const std::uint32_t columns = std::min(tile_width, page.width - x);
             for (std::uint32_t row = 0; row < std::min(tile_height, page.height - y); ++row) {
-                std::memcpy(out + ((y + row) * std::size_t{page.width} + x) * pixel_bytes,
-                            tile.data() + row * std::size_t{tile_width} * pixel_bytes, columns * pixel_bytes);
+                unpack_tiff_row(page, tile.data() + row * tile_row, columns,
+                                out + ((y + row) * std::size_t{page.width} + x) * pixel_bytes);
             }
         }
     }
 }
 
-Raster header_of(const Page& page, int pages, const std::filesystem::path& path) {
+Raster header_of(TIFF* file, const TiffPage& page, int pages, const std::filesystem::path& path) {
     Raster raster;
     raster.format = FileFormat::tiff;
     raster.size = {static_cast<int>(page.width), static_cast<int>(page.height)};
@@ -132,66 +110,64 @@ Raster header_of(const Page& page, int pages, const std::filesystem::path& path)
     raster.origin_mm.assign(raster.size.size(), 0);
     const auto dimensions = static_cast<Eigen::Index>(raster.size.size());
     raster.direction = Eigen::MatrixXd::Identity(dimensions, dimensions);
-    raster.type = type_of(page, path);
+    raster.type = tiff_pixel_type(page, path);
     raster.components = page.samples;
     raster.white_is_zero = page.photometric == PHOTOMETRIC_MINISWHITE;
+    if (page.bits != 8 * bytes_of(raster.type)) raster.bits_stored = page.bits;
+    std::uint16_t orientation = ORIENTATION_TOPLEFT, compression = COMPRESSION_NONE;
+    TIFFGetFieldDefaulted(file, TIFFTAG_ORIENTATION, &orientation);
+    TIFFGetFieldDefaulted(file, TIFFTAG_COMPRESSION, &compression);
+    if (const std::string note = orientation_note(orientation); !note.empty()) raster.notes.push_back(note);
+    if (compression == COMPRESSION_JPEG) raster.notes.emplace_back("compressed by JPEG, which is lossy");
     return raster;
 }
 
-/// Throws where the file is shorter than its strips say: a truncated header may ask for any amount of memory.
-void check_data_size(TIFF* file, const std::filesystem::path& path) {
-    const auto* offsets = static_cast<const std::uint64_t*>(nullptr);
-    const auto* counts = static_cast<const std::uint64_t*>(nullptr);
-    const bool tiled = TIFFIsTiled(file);
-    if (!TIFFGetField(file, tiled ? TIFFTAG_TILEOFFSETS : TIFFTAG_STRIPOFFSETS, &offsets) ||
-        !TIFFGetField(file, tiled ? TIFFTAG_TILEBYTECOUNTS : TIFFTAG_STRIPBYTECOUNTS, &counts)) {
-        throw Error(path.string() + ": the TIFF does not say where its pixels are");
+void read_page(TIFF* file, const TiffPage& page, std::byte* out) {
+    if (page.photometric == PHOTOMETRIC_YCBCR) {
+        std::uint16_t compression = COMPRESSION_NONE;
+        TIFFGetFieldDefaulted(file, TIFFTAG_COMPRESSION, &compression);
+        if (compression != COMPRESSION_JPEG) throw Error("YCbCr colours are read with JPEG compression only");
+        TIFFSetField(file, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
     }
-    const std::uint64_t file_size = std::filesystem::file_size(path);
-    const std::uint32_t parts = tiled ? TIFFNumberOfTiles(file) : TIFFNumberOfStrips(file);
-    for (std::uint32_t i = 0; i < parts; ++i) {
-        if (offsets[i] > file_size || counts[i] > file_size - offsets[i]) {
-            throw Error(path.string() + " is truncated: its pixels reach beyond its end at byte " +
-                        std::to_string(file_size));
-        }
-    }
+    if (TIFFIsTiled(file)) return read_tiles(file, page, out);
+    read_strips(file, page, out);
 }
 
 }  // namespace
 
 Raster read_tiff(const std::filesystem::path& path, const std::function<void(const Raster&)>& check) {
     const QuietTiff quiet;
-    const Tiff file = open_tiff(path, "r");
-    const Page page = page_of(file.get());
-    check_page(page, path);
-    const int pages = count_pages(file.get(), page, path);
-    Raster raster = header_of(page, pages, path);
+    const Tiff file = open_tiff(path, "rm", quiet);
+    const TiffPage page = tiff_page_of(file.get());
+    check_sides(page.width, page.height, path);
+    (void)tiff_pixel_type(page, path);
+    const int pages = count_pages(file.get(), page, path, quiet);
+    Raster raster = header_of(file.get(), page, pages, path);
+    const bool may_be_grey = raster.components <= 4 && (raster.type == PixelType::u8 || raster.type == PixelType::u16);
+    if (may_be_grey) raster.components = 1;
     if (check) check(raster);
-    if (raster.components != 1)
+    raster.components = page.samples;
+    if (!may_be_grey && raster.components != 1)
         throw bad_value("samples per pixel", std::to_string(page.samples), "1 (grey)", path.string());
-    const std::size_t pixel_bytes = bytes_of(raster.type);
-    const std::size_t page_bytes = std::size_t{page.width} * page.height * pixel_bytes;
+    const std::size_t page_bytes = std::size_t{page.width} * page.height * tiff_pixel_bytes(page);
+    raster.bytes.resize(page_bytes * static_cast<std::size_t>(pages));
     for (int i = 0; i < pages; ++i) {
-        if (i > 0 && !TIFFReadDirectory(file.get())) throw Error(path.string() + ": a page cannot be read again");
-        check_data_size(file.get(), path);
-        raster.bytes.resize(page_bytes * pages);
-        std::byte* out = raster.bytes.data() + page_bytes * i;
+        const std::string where = path.string() + ", page " + std::to_string(i + 1) + ": ";
+        if (i > 0 && !TIFFReadDirectory(file.get())) throw Error(where + "cannot be read again" + quiet.reason());
         try {
-            if (TIFFIsTiled(file.get())) {
-                read_tiles(file.get(), page, pixel_bytes, out);
-            } else {
-                read_strips(file.get(), page.width * pixel_bytes, page.height, out);
-            }
+            read_page(file.get(), page, raster.bytes.data() + page_bytes * static_cast<std::size_t>(i));
         } catch (const Error& failure) {
-            throw Error(path.string() + ", page " + std::to_string(i + 1) + ": " + failure.what());
+            throw Error(where + failure.what() + quiet.reason());
         }
     }
+    reduce_to_grey(raster);
+    if (check && raster.components != 1) check(raster);
     return raster;
 }
 
 void write_tiff(const std::filesystem::path& path, const Raster& raster) {
     const QuietTiff quiet;
-    Tiff file = open_tiff(path, "w");
+    Tiff file = open_tiff(path, "w", quiet);
     const std::size_t row_bytes = raster.size[0] * bytes_of(raster.type);
     const int pages = raster.size.size() > 2 ? raster.size[2] : 1;
     const std::byte* row = raster.bytes.data();

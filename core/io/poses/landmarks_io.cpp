@@ -1,10 +1,9 @@
 #include "raylign/io/landmarks.h"
 
-#include <cmath>
-#include <fstream>
 #include <set>
 
 #include "core/base/error.h"
+#include "core/io/files/csv.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/text.h"
@@ -16,53 +15,20 @@ namespace {
 
 using detail::JsonNode;
 
-/// The rows of a CSV with their numbers; comments, blank lines and a heading (a first line without any number) left
-/// out.
-struct Row {
-    std::string where;
-    std::vector<std::string> fields;
-};
-
-bool has_number(const std::vector<std::string>& fields) {
-    for (const std::string& field : fields) {
-        if (detail::number_from(field)) return true;
-    }
-    return false;
-}
-
-std::vector<Row> csv_rows(const std::filesystem::path& path) {
-    std::ifstream file(path);
-    std::vector<Row> rows;
-    std::string line;
-    bool may_be_heading = true;
-    for (int number = 1; std::getline(file, line); ++number) {
-        const std::string_view text = detail::trimmed(line);
-        if (text.empty() || text.front() == '#') continue;
-        Row row{path.string() + ", line " + std::to_string(number), {}};
-        for (const std::string_view field : detail::split(text, ',')) row.fields.emplace_back(detail::trimmed(field));
-        const bool is_heading = may_be_heading && !has_number(row.fields);
-        may_be_heading = false;
-        if (!is_heading) rows.push_back(std::move(row));
-    }
-    return rows;
-}
-
 /// A row of `count` numbers, with or without a name before them.
 template <int Count>
-std::pair<std::string, Eigen::Vector<double, Count>> named_numbers(const Row& row) {
-    const bool has_name = row.fields.size() == Count + 1;
-    if (!has_name && row.fields.size() != Count) {
-        throw bad_value("row", detail::joined(std::vector<std::string_view>(row.fields.begin(), row.fields.end()), ","),
+std::pair<std::string, Eigen::Vector<double, Count>> named_numbers(const CsvRow& row) {
+    const bool has_name = row.cells.size() == Count + 1;
+    if (!has_name && row.cells.size() != Count) {
+        throw bad_value("row", detail::joined(std::vector<std::string_view>(row.cells.begin(), row.cells.end()), ","),
                         Count == 3 ? "name,x,y,z or x,y,z [mm]" : "name,x,y or x,y [px]", row.where);
     }
     Eigen::Vector<double, Count> numbers;
     for (int i = 0; i < Count; ++i) {
-        const std::string& field = row.fields[static_cast<std::size_t>(i) + (has_name ? 1 : 0)];
-        const std::optional<double> number = detail::number_from(field);
-        if (!number || !std::isfinite(*number)) throw bad_value("coordinate", field, "a finite number", row.where);
-        numbers[i] = *number;
+        const std::string& cell = row.cells[static_cast<std::size_t>(i) + (has_name ? 1 : 0)];
+        numbers[i] = csv_number(cell, "coordinate", "a finite number", row.where);
     }
-    return {has_name ? row.fields[0] : std::string(), numbers};
+    return {has_name ? row.cells[0] : std::string(), numbers};
 }
 
 template <typename Points>
@@ -108,7 +74,7 @@ std::vector<Landmark> read_landmarks(const std::filesystem::path& path) {
     } else if (extension == ".fcsv") {
         landmarks = detail::read_fcsv(path);
     } else if (extension == ".csv" || extension == ".txt") {
-        for (const Row& row : csv_rows(path)) {
+        for (const CsvRow& row : csv_rows(path)) {
             const auto [name, x_ct_mm] = named_numbers<3>(row);
             landmarks.push_back({name, x_ct_mm});
         }
@@ -126,7 +92,7 @@ std::vector<ImagePoint> read_image_points(const std::filesystem::path& path) {
     if (extension == ".json") {
         points = image_points_from_json(path);
     } else if (extension == ".csv" || extension == ".txt") {
-        for (const Row& row : csv_rows(path)) {
+        for (const CsvRow& row : csv_rows(path)) {
             const auto [name, pixel] = named_numbers<2>(row);
             points.push_back({name, pixel});
         }

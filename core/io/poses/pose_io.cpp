@@ -1,19 +1,11 @@
 #include "raylign/io/pose.h"
 
-#include "core/io/files/one_eigen.h"
-
-#include <itkHDF5TransformIO.h>
-#include <itkMatrixOffsetTransformBase.h>
-#include <itkTransformFileReader.h>
-#include <itkTranslationTransform.h>
-#include <itkTxtTransformIO.h>
-
 #include "core/base/error.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/output.h"
 #include "core/io/files/text.h"
-#include "core/io/images/quiet_itk.h"
+#include "core/io/poses/itk_transform.h"
 #include "raylign/io/trajectory.h"
 
 namespace raylign {
@@ -27,47 +19,6 @@ RigidTransform pose_from_json(const std::filesystem::path& path) {
     detail::check_format_version(root);
     const detail::JsonNode matrix = root.at("world_from_ct");
     return rigid_from_matrix(matrix.matrix<4, 4>(), matrix.where());
-}
-
-using MatrixTransform = itk::MatrixOffsetTransformBase<double, 3, 3>;
-using Translation = itk::TranslationTransform<double, 3>;
-
-RigidTransform pose_from_itk_transform(const itk::TransformBaseTemplate<double>& transform, const std::string& where) {
-    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-    if (const auto* shift = dynamic_cast<const Translation*>(&transform)) {
-        for (unsigned r = 0; r < 3; ++r) matrix(r, 3) = shift->GetOffset()[r];
-        return rigid_from_matrix(matrix, where);
-    }
-    const auto* affine = dynamic_cast<const MatrixTransform*>(&transform);
-    if (affine == nullptr) {
-        throw bad_value("transform type", transform.GetTransformTypeAsString(),
-                        "a rigid one in 3-D: Euler3D, VersorRigid3D, Affine, Translation", where);
-    }
-    for (unsigned r = 0; r < 3; ++r) {
-        for (unsigned c = 0; c < 3; ++c) matrix(r, c) = affine->GetMatrix()(r, c);
-        matrix(r, 3) = affine->GetOffset()[r];
-    }
-    return rigid_from_matrix(matrix, where);
-}
-
-/// What the file holds: ct_from_world.
-RigidTransform pose_from_itk(const std::filesystem::path& path, itk::TransformIOBaseTemplate<double>& io) {
-    const detail::QuietItk quiet;
-    const auto reader = itk::TransformFileReaderTemplate<double>::New();
-    reader->SetFileName(path.string());
-    reader->SetTransformIO(&io);
-    try {
-        reader->Update();
-    } catch (const itk::ExceptionObject& failure) {
-        throw Error(path.string() + " is not a readable ITK transform: " + detail::reason_of(failure));
-    } catch (const std::exception& failure) {
-        throw Error(path.string() + " is not a readable ITK transform: " + failure.what());
-    }
-    const auto* transforms = reader->GetTransformList();
-    if (transforms->size() != 1) {
-        throw bad_value("number of transforms", std::to_string(transforms->size()), "1", path.string());
-    }
-    return pose_from_itk_transform(*transforms->front(), path.string());
 }
 
 std::string itk_text(const RigidTransform& ct_from_world) {
@@ -105,10 +56,10 @@ RigidTransform read_pose(const std::filesystem::path& path) {
     const std::string extension = detail::lower_case(path.extension().string());
     if (extension == ".json") return pose_from_json(path);
     if (extension == ".tfm" || extension == ".txt") {
-        return inverse(pose_from_itk(path, *itk::TxtTransformIOTemplate<double>::New()));
+        return inverse(detail::rigid_from_transforms(detail::read_text_transforms(path), path.string()));
     }
     if (extension == ".h5" || extension == ".hdf5") {
-        return inverse(pose_from_itk(path, *itk::HDF5TransformIOTemplate<double>::New()));
+        return inverse(detail::rigid_from_transforms(detail::read_hdf5_transforms(path), path.string()));
     }
     if (extension == ".jts" || extension == ".jtak" || extension == ".jta") return only_pose(path);
     throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5, .hdf5, .jts, .jtak or .jta",

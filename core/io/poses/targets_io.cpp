@@ -1,7 +1,5 @@
-#include <cmath>
-#include <fstream>
-
 #include "core/base/error.h"
+#include "core/io/files/csv.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/text.h"
@@ -32,37 +30,19 @@ Points targets_from_json(const std::filesystem::path& path) {
     return points;
 }
 
-std::string place(const std::filesystem::path& path, int line_number) {
-    return path.string() + ", line " + std::to_string(line_number);
-}
-
-Eigen::Vector3d point_from(const std::vector<std::string_view>& fields, std::size_t first, const std::string& where) {
-    Eigen::Vector3d point;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::optional<double> value = detail::number_from(fields[first + axis]);
-        if (!value || !std::isfinite(*value)) {
-            throw bad_value(std::string(1, "xyz"[axis]), fields[first + axis], "a finite number [mm]", where);
-        }
-        point[static_cast<Eigen::Index>(axis)] = *value;
-    }
-    return point;
-}
-
-/// Rows x,y,z; lines that begin with # and a first line of words are skipped.
 Points targets_from_csv(const std::filesystem::path& path) {
-    std::ifstream file(path);
     Points points;
-    std::string line;
-    bool may_be_heading = true;
-    for (int number = 1; std::getline(file, line); ++number) {
-        const std::string_view text = detail::trimmed(line);
-        if (text.empty() || text.front() == '#') continue;
-        const std::vector<std::string_view> fields = detail::split(text, ',');
-        const bool is_heading = may_be_heading && !detail::number_from(fields.front());
-        may_be_heading = false;
-        if (is_heading) continue;
-        if (fields.size() != 3) throw bad_value("row", text, "three numbers x,y,z [mm]", place(path, number));
-        points.push_back(point_from(fields, 0, place(path, number)));
+    for (const CsvRow& row : csv_rows(path)) {
+        if (row.cells.size() != 3) {
+            throw bad_value("row", joined(std::vector<std::string_view>(row.cells.begin(), row.cells.end()), ","),
+                            "three numbers x,y,z [mm]", row.where);
+        }
+        Eigen::Vector3d point;
+        for (int axis = 0; axis < 3; ++axis) {
+            point[axis] = csv_number(row.cells[static_cast<std::size_t>(axis)], std::string(1, "xyz"[axis]),
+                                     "a finite number [mm]", row.where);
+        }
+        points.push_back(point);
     }
     return points;
 }

@@ -4,13 +4,13 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/base/text.h"
+#include "core/io/files/csv.h"
 #include "core/io/files/text.h"
+#include "core/io/files/text_file.h"
 
 namespace raylign {
 using namespace detail;
@@ -32,23 +32,6 @@ std::string csv_text(const std::string& text) {
     return all + "\"";
 }
 
-std::vector<std::string> cells_of(const std::string& line) {
-    std::vector<std::string> cells(1);
-    bool is_quoted = false;
-    for (std::size_t i = 0; i < line.size(); ++i) {
-        if (is_quoted && line[i] == '"' && i + 1 < line.size() && line[i + 1] == '"') {
-            cells.back() += line[i++];
-        } else if (line[i] == '"') {
-            is_quoted = !is_quoted;
-        } else if (line[i] == ',' && !is_quoted) {
-            cells.emplace_back();
-        } else {
-            cells.back() += line[i];
-        }
-    }
-    return cells;
-}
-
 double number(const std::string& cell, const std::string& where) {
     const auto value = detail::number_from(cell);
     if (!value) throw bad_value("number", "\"" + cell + "\"", "a number", where);
@@ -62,17 +45,41 @@ TrackStatus status_from(const std::string& name, const std::string& where) {
     throw bad_value("status", name, "ok, doubtful, lost or missing", where);
 }
 
+int frame_number(const std::string& cell, const std::string& where) {
+    const double value = number(cell, where);
+    if (value != std::round(value) || !(std::abs(value) < 1e9)) {
+        throw bad_value("frame", cell, "a whole number below 1e9", where);
+    }
+    return static_cast<int>(value);
+}
+
+/// The names of the views in a header. Throws Error where it is not one that raylign writes.
+std::vector<std::string> view_names_of(const std::vector<std::string>& cells, const std::filesystem::path& path) {
+    constexpr std::string_view kCost = "cost_";
+    std::vector<std::string> names;
+    for (std::size_t i = kColumnsBefore; i + kColumnsAfter < cells.size(); ++i) {
+        if (!cells[i].starts_with(kCost)) {
+            throw bad_value("column " + std::to_string(i + 1), cells[i], "cost_VIEW", path.string() + ", line 1");
+        }
+        names.push_back(cells[i].substr(kCost.size()));
+    }
+    return names;
+}
+
 TrajectoryRow row_of(const std::vector<std::string>& cells, std::size_t view_count, const std::string& where) {
     TrajectoryRow row;
     TrackFrame& frame = row.frame;
     row.object = cells[0];
-    frame.frame = static_cast<int>(number(cells[1], where));
+    frame.frame = frame_number(cells[1], where);
     frame.status = status_from(cells[2], where);
     frame.searched = search_from_name(cells[3]);
     frame.recovered = cells[4] == "1";
     if (pose_of(frame)) {
         std::array<double, 9> n{};
         for (std::size_t i = 0; i < n.size(); ++i) n[i] = number(cells[5 + i], where);
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (!std::isfinite(n[i])) throw bad_value("translation", cells[5 + i], "finite [mm]", where);
+        }
         const Eigen::Quaterniond turn(n[3], n[4], n[5], n[6]);
         if (!(std::abs(turn.norm() - 1) < 1e-6)) throw bad_value("quaternion", cells[8], "of length 1", where);
         frame.world_from_ct = {turn.normalized().toRotationMatrix(), {n[0], n[1], n[2]}};
@@ -129,24 +136,20 @@ std::string trajectory_line(const TrajectoryRow& row, std::size_t view_count) {
 }
 
 std::vector<TrajectoryRow> read_trajectory(const std::filesystem::path& path, std::vector<std::string>* view_names) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw Error(path.string() + " cannot be read");
-    std::stringstream whole;
-    whole << file.rdbuf();
-    const std::string text = whole.str();
+    const std::string text = read_text_file(path);
     std::vector<TrajectoryRow> rows;
     std::size_t line_number = 0, begin = 0, view_count = 0;
     for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
         const std::string where = path.string() + ", line " + std::to_string(++line_number);
-        const std::vector<std::string> cells = cells_of(text.substr(begin, end - begin));
+        const std::vector<std::string> cells = csv_cells(std::string_view(text).substr(begin, end - begin), ',');
         if (line_number == 1) {
-            if (!text.starts_with(kBefore) || cells.size() < kColumnsBefore + kColumnsAfter) {
+            const std::string_view header = std::string_view(text).substr(0, end);
+            if (!header.starts_with(kBefore) || !header.ends_with(kAfter)) {
                 throw Error(path.string() + " is not a trajectory of raylign track");
             }
-            view_count = cells.size() - kColumnsBefore - kColumnsAfter;
-            for (std::size_t v = 0; view_names && v < view_count; ++v) {
-                view_names->push_back(cells[kColumnsBefore + v].substr(std::string_view("cost_").size()));
-            }
+            const std::vector<std::string> names = view_names_of(cells, path);
+            view_count = names.size();
+            if (view_names) *view_names = names;
             continue;
         }
         if (cells.size() != kColumnsBefore + view_count + kColumnsAfter) {

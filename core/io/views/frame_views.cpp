@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/base/error.h"
+#include "core/io/geometry/distortion.h"
 #include "core/io/geometry/stored_projection.h"
 
 namespace raylign {
@@ -113,12 +114,20 @@ void check_frame_sizes(const ViewsFile& views, const std::vector<FrameSet>& fram
 }
 
 InstantReader::InstantReader(ViewsFile views)
-    : views_(std::move(views)), readers_(views_.views.size()), is_settled_(views_.views.size()) {}
+    : views_(std::move(views)), readers_(views_.views.size()), is_settled_(views_.views.size()) {
+    for (std::size_t v = 0; v < views_.views.size(); ++v) {
+        const std::optional<Distortion>& distortion = views_.origins[v].distortion;
+        maps_.push_back(distortion ? std::make_shared<const PixelMap>(
+                                         undistortion_map(views_.views[v].geometry.camera, *distortion))
+                                   : nullptr);
+    }
+}
 
 View InstantReader::make_view(std::size_t view, const FrameFile& file, RawXray raw) {
     View result = views_.views[view];  // without an image; its weights are the mask
     ViewOrigin& origin = views_.origins[view];
     for (Image* image : {&raw.image, &raw.shutter}) detail::flip_image(*image, origin.flip);
+    if (maps_[view]) undistort(raw, *maps_[view]);
     if (is_blank(raw.image, result.weights)) return result;
     XrayConversion converted = line_integral_from_xray(raw, result.weights, origin.intensity, name_of(file));
     if (!is_settled_[view]) {

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/io/files/text.h"
+#include "core/io/geometry/distortion.h"
 #include "core/io/geometry/stored_projection.h"
 #include "raylign/io/image.h"
 
@@ -74,6 +75,11 @@ void append_view(const std::string& name, const GeometryView& geometry, ViewPixe
     check_size("image", pixels.xray.image, size_px, files.image, where);
     check_size("mask", pixels.mask, size_px, files.mask, where);
     for (Image* image : {&pixels.xray.image, &pixels.xray.shutter, &pixels.mask}) flip_image(*image, geometry.flip);
+    if (geometry.distortion && !(pixels.xray.image.empty() && pixels.mask.empty())) {
+        const PixelMap map = undistortion_map(geometry.geometry.camera, *geometry.distortion);
+        undistort(pixels.xray, map);
+        pixels.mask = undistorted_mask(pixels.mask, map);
+    }
     View view;
     view.name = name;
     view.geometry = geometry.geometry;
@@ -85,9 +91,10 @@ void append_view(const std::string& name, const GeometryView& geometry, ViewPixe
         view.weights = std::move(converted.weights);
         for (const std::string& decision : converted.decisions) result.notes.push_back(name + ": " + decision);
     }
+    for (const std::string& doubt : geometry_doubts(view.geometry)) result.notes.push_back(name + ": " + doubt);
     result.views.push_back(std::move(view));
-    result.origins.push_back({geometry.flip, geometry.is_dicom, geometry.isocentre_ct_mm, files.image, files.mask,
-                              files.intensity, files.frames});
+    result.origins.push_back({geometry.flip, geometry.distortion, geometry.is_dicom, geometry.isocentre_ct_mm,
+                              files.image, files.mask, files.intensity, files.frames});
 }
 
 }  // namespace raylign::detail

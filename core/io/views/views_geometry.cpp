@@ -6,12 +6,15 @@
 
 #include "core/geometry/camera.h"
 #include "core/io/files/text.h"
+#include "core/io/geometry/distortion.h"
 #include "core/io/geometry/stored_projection.h"
 
 namespace raylign::detail {
 namespace {
 
 using Size = std::optional<Eigen::Vector2i>;
+
+constexpr double kSourceRadius_mm = 1e-3;  // a world whose origin is the source itself: a camera's own frame
 
 RigidTransform camera_from_world(const JsonNode& view) {
     const JsonNode node = view.at("camera_from_world");
@@ -62,7 +65,7 @@ ViewGeometry from_projection_matrix(const JsonNode& view, const Size& image_size
     ViewGeometry geometry =
         view_from_projection_matrix(flip_matrix(flip, size_px) * node.matrix<3, 4>(), size_px, node.where());
     if (view.has("sdd_mm")) geometry.camera.sdd_mm = view.at("sdd_mm").positive();
-    if (geometry.camera_from_world.translation_mm.z() <= 0) {
+    if (geometry.camera_from_world.translation_mm.z() < -kSourceRadius_mm) {
         notes.push_back(node.place() +
                         ": the world's origin lies behind the source. If the object is near it the image is mirrored: "
                         "\"flip\": \"columns\" (or \"rows\") turns the pixels on reading");
@@ -73,6 +76,7 @@ ViewGeometry from_projection_matrix(const JsonNode& view, const Size& image_size
 ViewGeometry from_intrinsics(const JsonNode& view, const Size& image_size_px) {
     const JsonNode node = view.at("intrinsics");
     Camera camera{size_or_image(view, image_size_px), node.matrix<3, 3>(), std::nullopt};
+    refuse_transposed(camera.intrinsics_px, node.place(), node.file());
     if (view.has("sdd_mm")) camera.sdd_mm = view.at("sdd_mm").positive();
     check_camera(camera, node.where());
     return {camera, camera_from_world(view)};
@@ -132,12 +136,16 @@ void check_companions(const JsonNode& view, const std::string& form) {
         throw Error(view.place() + ".camera_from_world in " + view.file() + " contradicts \"" + form +
                     "\", which says where the camera stands: must be left out");
     }
+    if (view.has("distortion") && !takes_pose) {
+        throw Error(view.place() + ".distortion in " + view.file() +
+                    " goes with \"camera\" or \"intrinsics\", not with \"" + form + "\": must be left out");
+    }
     for (const char* key : {"size_px", "sdd_mm"}) {
         if (takes_size || !view.has(key)) continue;
         throw Error(view.place() + "." + key + " in " + view.file() + " must be inside \"" + form + "\"");
     }
     for (const char* key : {"pixel_pitch_mm", "detector_origin_mm", "sad_mm", "primary_angle_deg",
-                            "secondary_angle_deg", "unit_mm", "projection"}) {
+                            "secondary_angle_deg", "unit_mm", "projection", "undistorted"}) {
         if (form == "geometry" || !view.has(key)) continue;
         throw Error(view.place() + "." + key + " in " + view.file() + " goes with \"geometry\", not with \"" + form +
                     "\": must be left out" +
@@ -172,6 +180,7 @@ GeometryHints read_hints(const JsonNode& view, const Size& image_size_px) {
     if (view.has("primary_angle_deg")) hints.primary_angle_deg = angle_deg(view.at("primary_angle_deg"));
     if (view.has("secondary_angle_deg")) hints.secondary_angle_deg = angle_deg(view.at("secondary_angle_deg"));
     hints.flip = read_flip(view);
+    if (view.has("undistorted")) hints.undistorted = view.at("undistorted").boolean();
     if (view.has("projection")) hints.item = read_count(view.at("projection"));
     if (view.has("frame")) hints.item = read_count(view.at("frame"));
     if (view.has("projection") && view.has("frame")) throw view.error("given one of projection and frame");
@@ -209,6 +218,12 @@ GeometryView read_view_geometry(const JsonNode& view, const std::filesystem::pat
     }
     if (form == "intrinsics") result.geometry = from_intrinsics(view, image_size_px);
     if (form == "c_arm") result.geometry = from_c_arm(view, notes);
+    if (view.has("distortion")) {
+        const JsonNode node = view.at("distortion");
+        result.distortion =
+            settled_distortion(distortion_from(node.numbers(), node.place(), node.file()), {}, result.assumptions);
+        for (const std::string& note : result.assumptions) notes.push_back(view.at("name").string() + ": " + note);
+    }
     if (view.has("frame")) result.frame = read_count(view.at("frame"));
     check_camera(result.geometry.camera, view.where());
     return result;

@@ -24,9 +24,11 @@ json rows_of(const Matrix& matrix) {
 }  // namespace
 
 void write_views(const std::filesystem::path& path, const std::vector<View>& views,
-                 const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips) {
+                 const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips,
+                 const std::vector<std::optional<Distortion>>& distortions) {
     assert(image_names.empty() || image_names.size() == views.size());
     assert(flips.empty() || flips.size() == views.size());
+    assert(distortions.empty() || distortions.size() == views.size());
     json list = json::array();
     for (std::size_t i = 0; i < views.size(); ++i) {
         const Camera& camera = views[i].geometry.camera;
@@ -37,6 +39,10 @@ void write_views(const std::filesystem::path& path, const std::vector<View>& vie
         if (camera.sdd_mm) view["sdd_mm"] = *camera.sdd_mm;
         if (!flips.empty() && flips[i] != ImageFlip::none) {
             view["flip"] = flips[i] == ImageFlip::columns ? "columns" : "rows";
+        }
+        if (!distortions.empty() && distortions[i]) {
+            const Distortion& d = *distortions[i];
+            view["distortion"] = {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6};
         }
         if (!image_names.empty()) {
             view["image"] = image_names[i];

@@ -52,6 +52,52 @@ TEST_F(GeometryCommand, JsonHasTheNumbers) {
     EXPECT_THAT(view.at("assumptions").dump(), HasSubstr("LPS of a supine patient"));
 }
 
+TEST_F(GeometryCommand, VectorsAreWrittenAndReadBack) {
+    const ProgramResult out = run_raylign({"geometry", folder.path("views.json"), "-o", folder.path("v.csv")});
+    ASSERT_EQ(out.exit_code, 0) << out.err;
+    const auto views = [&](const std::string& file) {
+        return json::parse(run_raylign({"geometry", folder.path(file), "--json"}).out).at("views");
+    };
+    const json before = views("views.json"), after = views("v.csv");
+    ASSERT_EQ(after.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(after[i].at("format"), "vectors");
+        EXPECT_EQ(after[i].at("name"), before[i].at("name"));
+        EXPECT_EQ(after[i].at("size_px"), before[i].at("size_px"));
+        for (int k = 0; k < 3; ++k) {
+            EXPECT_NEAR(after[i].at("source_world_mm")[k], before[i].at("source_world_mm")[k], 1e-9);
+            EXPECT_NEAR(after[i].at("detector_world_mm")[k], before[i].at("detector_world_mm")[k], 1e-9);
+        }
+    }
+}
+
+TEST_F(GeometryCommand, WhatIsHardlySoIsDoubted) {
+    write_text_file(folder.path("metres.json"), R"({ "raylign": 1, "views": [ { "name": "AP", "camera": {
+        "size_px": [512, 512], "sdd_mm": 1.536, "pixel_pitch_mm": [0.48, 0.48], "principal_point_px": [255.5, 255.5] },
+        "camera_from_world": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]] } ] })");
+    const ProgramResult result = run_raylign({"geometry", folder.path("metres.json")});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, AllOf(HasSubstr("fx 3.2000"), HasSubstr("doubt       the detector is 1.536 mm"),
+                                  HasSubstr("in metres?"), HasSubstr("focal length")));
+    EXPECT_THAT(result.out, AllOf(HasSubstr("a camera's own frame"), testing::Not(HasSubstr("mirrored"))));
+    const ProgramResult plain = run_raylign({"geometry", folder.path("views.json"), "--json"});
+    EXPECT_TRUE(json::parse(plain.out).at("views").at(0).at("doubts").empty());
+}
+
+TEST_F(GeometryCommand, DistortionIsShownAndNotLostOnConversion) {
+    write_text_file(folder.path("raw.txt"), std::string(kMayaCam) + "\nundistortion\n-0.2\n0.1\n0\n0\n0\n0\n0\n0\n");
+    const std::string raw = folder.path("raw.txt");
+    EXPECT_THAT(run_raylign({"geometry", raw}).err, AllOf(HasSubstr("undistortion"), HasSubstr("--undistorted")));
+    const ProgramResult shown = run_raylign({"geometry", raw, "--undistorted", "false", "-o", folder.path("w.json")});
+    ASSERT_EQ(shown.exit_code, 0) << shown.err;
+    EXPECT_THAT(shown.out, AllOf(HasSubstr("distortion  k1 -0.2"), HasSubstr("undone on reading")));
+    EXPECT_EQ(json::parse(read_text(folder.path("w.json"))).at("views").at(0).at("distortion").at(0), -0.2);
+    EXPECT_THAT(run_raylign({"geometry", raw, "--undistorted", "false", "-o", folder.path("w.txt")}).err,
+                HasSubstr("no place for the distortion"));
+    EXPECT_EQ(run_raylign({"geometry", raw, "--undistorted", "true", "-o", folder.path("w.txt")}).exit_code, 0);
+    EXPECT_THAT(run_raylign({"geometry", raw, "--undistorted", "yes"}).err, HasSubstr("true or false"));
+}
+
 TEST_F(GeometryCommand, ExtensionsAreComparedWithoutRegardToCase) {
     write_text_file(folder.path("VIEWS.JSON"), kCArm);
     const ProgramResult result = run_raylign({"geometry", folder.path("VIEWS.JSON"), "-o", folder.path("OUT.XML")});

@@ -54,6 +54,28 @@ protected:
     const VoxelGrid grid{{64, 64, 64}, {3.5, 3.5, 3.5}};
 };
 
+TEST_F(Guess, LandmarksOnDistortedImagesAreMovedAsTheImagesAre) {
+    const Distortion distortion{-0.3, 0.1, 0.01, -0.02, 0.05};
+    StartFlags flags{"", folder.path("ct.csv"), {}};
+    double most = 0;
+    for (std::size_t v = 0; v < 2; ++v) {
+        std::string text;
+        for (const auto& [name, x] : kPoints) {
+            const ViewGeometry& view = views.views[v].geometry;
+            const Eigen::Vector2d seen = project(view, world_from_ct * x);
+            const Eigen::Vector2d stored = distorted_px(view.camera, distortion, seen);
+            most = std::max(most, (stored - seen).norm());
+            text += name + ("," + std::to_string(stored.x()) + "," + std::to_string(stored.y()) + "\n");
+        }
+        write_text_file(folder.path(views.views[v].name + "_raw.csv"), text);
+        flags.landmarks.push_back(views.views[v].name + "=" + folder.path(views.views[v].name + "_raw.csv"));
+        views.origins[v].distortion = distortion;
+    }
+    ASSERT_GT(most, 0.01) << "there is something to undo";
+    const FirstGuess guess = first_guess(flags, grid, views);
+    EXPECT_LT((to_matrix(guess.world_from_ct) - to_matrix(world_from_ct)).norm(), 1e-3);
+}
+
 TEST_F(Guess, LandmarksInTwoViewsGiveThePose) {
     const FirstGuess guess = first_guess({"", folder.path("ct.csv"), {seen_in("AP"), seen_in("LAT")}}, grid, views);
     EXPECT_LT((to_matrix(guess.world_from_ct) - to_matrix(world_from_ct)).norm(), 1e-6);

@@ -151,6 +151,14 @@ def write_inputs(work):
         (work / f"{name}.json").write_text(json.dumps({"raylign": 1, "world_from_ct": matrix}))
 
 
+def check_distortion(run, check, work):
+    rows = "[[480, 0, 24], [0, 480, 24], [0, 0, 1]]"
+    text = f"image_width: 48\nimage_height: 48\nK: {rows}\nrvec: [0, 0, 0]\nT: [0, 0, 900]\nD: [-0.2, 0.1, 0, 0, 0]\n"
+    (work / "camera.yml").write_text("%YAML:1.0\n---\n" + text)
+    check.json("geometry --json", run("geometry", "camera.yml", "--json", "-o", "distorted.json"))
+    check.input_keys("views.json", (work / "distorted.json").read_text())
+
+
 def check_register(run, check, work, backend):
     scene = ["-v", "spine.mha", "--attenuation", *backend, "--quiet"]
     run("drr", *scene, "--views", "views.json", "--pose", "pose.json", "--png", "-o", "xrays")
@@ -230,6 +238,7 @@ def main():
     run("phantom", "spine", "--size", 32, "--spacing", 4.5, "-o", "spine.mha")
     check.json("geometry --json", run("geometry", "views.json", "--json", "-o", "written.json"))
     check.input_keys("views.json", (work / "written.json").read_text())
+    check_distortion(run, check, work)
     check_register(run, check, work, backend)
     check_study(run, check, work, backends, threads)
     check_track(run, check, work, backend)

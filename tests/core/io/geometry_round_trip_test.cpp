@@ -70,9 +70,14 @@ std::string rtk_of(const ViewGeometry& view) {
     return rtk_text(std::vector<ViewGeometry>{view}, notes);
 }
 
+std::string opencv_text_of(const ViewGeometry& view) { return opencv_text(view); }
+
+std::string vectors_text_of(const ViewGeometry& view) { return vectors_text({&view, 1}, {}); }
+
 INSTANTIATE_TEST_SUITE_P(Formats, GeometryRoundTrip,
                          testing::Values(Format{"MayaCam2", "a.txt", mayacam2_text, false},
-                                         Format{"OpenCV", "a.yml", opencv_text, false},
+                                         Format{"OpenCV", "a.yml", opencv_text_of, false},
+                                         Format{"Vectors", "a.csv", vectors_text_of},
                                          Format{"plastimatch", "a.txt", plastimatch_text, true, true},
                                          Format{"RTK", "a.xml", rtk_of, true, true, true}),
                          [](const auto& named) { return std::string(named.param.name); });

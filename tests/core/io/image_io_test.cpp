@@ -89,6 +89,12 @@ TEST_F(ImageIo, ColourPngRoundTripsButIsNoXray) {
                 AllOf(HasSubstr("a.png"), HasSubstr("3"), HasSubstr("grey")));
 }
 
+TEST_F(ImageIo, ColourPngOfGreysIsWrittenAsItIs) {
+    const RgbImage image{2, 1, {{5, 5, 5}, {7, 7, 7}}};
+    write_png(at("a.png"), image);
+    EXPECT_EQ(read_xray(at("a.png")).image.pixels, (std::vector<float>{5, 7}));
+}
+
 TEST_F(ImageIo, WhiteIsZeroTiffIsMonochrome1) {
     TIFF* file = TIFFOpen(at("a.tif").c_str(), "w");
     TIFFSetField(file, TIFFTAG_IMAGEWIDTH, 2);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <Eigen/Core>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -114,7 +115,8 @@ struct DicomBytes {
 /// Writes Euler3D (rotated about z by `angle_rad` about `centre_mm`, moved by `shift_mm`) through ITK; .h5 or .tfm.
 void write_itk_euler(const std::filesystem::path& path, double angle_rad, const std::vector<double>& centre_mm,
                      const std::vector<double>& shift_mm);
-/// Writes two transforms to one file.
-void write_itk_pair(const std::filesystem::path& path);
+/// Writes a translation and a turn, as a CompositeTransform where the file's name begins with "composite"; .h5 or .tfm.
+/// Returns where ITK's CompositeTransform of them puts `point`.
+Eigen::Vector3d write_itk_pair(const std::filesystem::path& path, const Eigen::Vector3d& point);
 
 }  // namespace raylign::detail::test

@@ -1,8 +1,10 @@
 #include "core/io/files/one_eigen.h"
 
+#include <itkCompositeTransform.h>
 #include <itkEuler3DTransform.h>
 #include <itkHDF5TransformIO.h>
 #include <itkTransformFileWriter.h>
+#include <itkTranslationTransform.h>
 #include <itkTxtTransformIO.h>
 
 #include "io_files.h"
@@ -20,10 +22,16 @@ std::string element(std::uint16_t group, std::uint16_t number, const std::string
     return bytes_of(group) + bytes_of(number) + vr + length + value;
 }
 
-void write_with(itk::TransformIOBaseTemplate<double>& io, const std::filesystem::path& path,
-                const std::vector<itk::Euler3DTransform<double>::Pointer>& transforms) {
+void write_transforms(const std::filesystem::path& path,
+                      const std::vector<itk::Transform<double, 3, 3>::Pointer>& transforms) {
     const auto writer = itk::TransformFileWriterTemplate<double>::New();
-    writer->SetTransformIO(&io);
+    const auto text = itk::TxtTransformIOTemplate<double>::New();
+    const auto hdf5 = itk::HDF5TransformIOTemplate<double>::New();
+    if (path.extension() == ".h5") {
+        writer->SetTransformIO(hdf5);
+    } else {
+        writer->SetTransformIO(text);
+    }
     writer->SetFileName(path.string());
     for (const auto& transform : transforms) writer->AddTransform(transform);
     writer->Update();
@@ -63,16 +71,30 @@ void write_itk_euler(const std::filesystem::path& path, double angle_rad, const 
     }
     euler->SetCenter(centre);
     euler->SetTranslation(shift);
-    if (path.extension() == ".h5") {
-        write_with(*itk::HDF5TransformIOTemplate<double>::New(), path, {euler});
-    } else {
-        write_with(*itk::TxtTransformIOTemplate<double>::New(), path, {euler});
-    }
+    write_transforms(path, {euler.GetPointer()});
 }
 
-void write_itk_pair(const std::filesystem::path& path) {
+Eigen::Vector3d write_itk_pair(const std::filesystem::path& path, const Eigen::Vector3d& point) {
+    const auto shift = itk::TranslationTransform<double, 3>::New();
+    itk::Vector<double, 3> offset;
+    for (unsigned i = 0; i < 3; ++i) offset[i] = 10.0 * (i + 1);
+    shift->SetOffset(offset);
     const auto euler = itk::Euler3DTransform<double>::New();
-    write_with(*itk::TxtTransformIOTemplate<double>::New(), path, {euler, euler});
+    itk::Point<double, 3> centre;
+    for (unsigned i = 0; i < 3; ++i) centre[i] = i + 1.0;
+    euler->SetCenter(centre);
+    euler->SetRotation(0.25, -0.5, 0.125);
+    const auto both = itk::CompositeTransform<double, 3>::New();
+    both->AddTransform(shift);
+    both->AddTransform(euler);
+    const bool is_composite = path.filename().string().starts_with("composite");
+    const std::vector<itk::Transform<double, 3, 3>::Pointer> parts{shift.GetPointer(), euler.GetPointer()};
+    const std::vector<itk::Transform<double, 3, 3>::Pointer> whole{both.GetPointer()};
+    write_transforms(path, is_composite ? whole : parts);
+    itk::Point<double, 3> moved;
+    for (unsigned i = 0; i < 3; ++i) moved[i] = point[i];
+    moved = both->TransformPoint(moved);
+    return {moved[0], moved[1], moved[2]};
 }
 
 }  // namespace raylign::detail::test

@@ -82,11 +82,6 @@ TEST_F(PoseIo, EulerTransformsOfItkAreRead) {
     }
 }
 
-TEST_F(PoseIo, TwoTransformsInOneFileAreRefused) {
-    test::write_itk_pair(at("pose.tfm"));
-    EXPECT_THAT(error_of([&] { (void)read_pose(at("pose.tfm")); }), HasSubstr("number of transforms = 2"));
-}
-
 TEST_F(PoseIo, ScaledAndMirroredTransformsAreRefused) {
     const std::string head =
         "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: ";

@@ -45,6 +45,62 @@ TEST_F(TargetsIo, FcsvInLpsStaysAsItIs) {
     }
 }
 
+TEST_F(TargetsIo, ASlipInTheFirstRowIsNoHeading) {
+    for (const std::string first : {"1O,2,3", "x,2,3", "1,2,three", "-l,-2,-3", "1O,2O,3O"}) {
+        EXPECT_THAT(error_reading("t.csv", first + "\n4,5,6\n7,8,9\n"), HasSubstr("t.csv, line 1")) << first;
+    }
+}
+
+TEST_F(TargetsIo, TablesOfOtherProgramsAreRead) {
+    EXPECT_EQ(read_targets(write("bom.csv", "\xEF\xBB\xBFx,y,z\n1.5,-2,3\n4,5,-6.25\n")), kTwo);
+    EXPECT_EQ(read_targets(write("bom2.csv",
+                                 "\xEF\xBB\xBF"
+                                 "1.5,-2,3\n4,5,-6.25\n")),
+              kTwo);
+    EXPECT_EQ(read_targets(write("semi.csv", "x;y;z\n1.5;-2;3\n4;5;-6.25\n")), kTwo);
+    EXPECT_EQ(read_targets(write("tab.csv", "1.5\t-2\t3\n4\t5\t-6.25\n")), kTwo);
+    EXPECT_EQ(read_targets(write("mac.csv", "1.5,-2,3\r4,5,-6.25\r")), kTwo);
+    EXPECT_EQ(read_targets(write("quoted.csv", "\"1.5\",\"-2\",\"3\"\n4,5,-6.25\n")), kTwo);
+    EXPECT_THAT(error_reading("wide.csv", std::string("\xFF\xFE"
+                                                      "1\0,\0",
+                                                      6)),
+                HasSubstr("UTF-16"));
+    EXPECT_THAT(error_reading("comma.csv", "1,5;2,0;3,1\n"), HasSubstr("comma.csv, line 1"));
+    EXPECT_THAT(error_reading("nul.csv", std::string("1,2,3\n\0", 7)), HasSubstr("no text file"));
+}
+
+TEST_F(TargetsIo, MarkupsOfAllSlicersAreRead) {
+    const auto markups = [&](const std::string& keys, const std::string& positions) {
+        return write("m.mrk.json", R"({"@schema": "x", "markups": [{"type": "Fiducial", )" + keys +
+                                       R"("controlPoints": [)" + positions + "]}]}");
+    };
+    const std::string lps = R"({"position": [1.5, -2, 3]}, {"position": [4, 5, -6.25], "positionStatus": "defined"})";
+    const std::string ras = R"({"position": [-1.5, 2, 3]}, {"position": [-4, -5, -6.25]}, {"position": [0, 0, 0],
+                               "positionStatus": "undefined"})";
+    EXPECT_EQ(read_targets(markups("", lps)), kTwo);
+    for (const std::string system : {R"("LPS")", "1"}) {
+        EXPECT_EQ(read_targets(markups("\"coordinateSystem\": " + system + ", ", lps)), kTwo) << system;
+    }
+    for (const std::string system : {R"("RAS")", "0"}) {
+        EXPECT_EQ(read_targets(markups("\"coordinateSystem\": " + system + ", ", ras)), kTwo) << system;
+    }
+    EXPECT_EQ(read_targets(markups(R"("coordinateUnits": ["mm", "UCUM", "millimeter"], )", lps)), kTwo);
+    const auto message = [&](const std::string& keys) {
+        return error_of([&] { (void)read_targets(markups(keys, lps)); });
+    };
+    EXPECT_THAT(message(R"("coordinateUnits": ["um", "UCUM", "micrometer"], )"), HasSubstr("must be mm"));
+    EXPECT_THAT(message(R"("coordinateUnits": "cm", )"), HasSubstr("must be mm"));
+    EXPECT_THAT(message(R"("coordinateSystem": 2, )"), AllOf(HasSubstr("CoordinateSystem = 2"), HasSubstr("LPS")));
+}
+
+TEST_F(TargetsIo, FcsvOfSlicer3NamesItsColumns) {
+    EXPECT_EQ(read_targets(write("t.fcsv",
+                                 "# Fiducial List file\n# columns = label,x,y,z,sel,vis\n"
+                                 "\"F, 1\",-1.5,2,3,1,1\nF2,-4,-5,-6.25,1,1\n")),
+              kTwo);
+    EXPECT_THAT(error_reading("u.fcsv", "# columns = label,z,y,x\n"), HasSubstr("u.fcsv, line 1"));
+}
+
 TEST_F(TargetsIo, BadFilesNameTheLineOrKey) {
     EXPECT_THAT(error_reading("a.csv", "1,2,3\n1,2\n"), AllOf(HasSubstr("a.csv, line 2"), HasSubstr("1,2")));
     EXPECT_THAT(error_reading("b.csv", "1,2,3\n1,two,3\n"), AllOf(HasSubstr("line 2"), HasSubstr("y = two")));

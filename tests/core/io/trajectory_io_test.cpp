@@ -87,6 +87,20 @@ TEST_F(TrajectoryIo, DamagedFilesAreRefusedByLine) {
     EXPECT_THAT(error_of([&] { (void)read_trajectory(at("none.csv")); }), HasSubstr("none.csv"));
 }
 
+TEST_F(TrajectoryIo, HeadersThatAreCutOrForeignAreRefused) {
+    const auto message = [&](const std::string& text) {
+        return error_of([&] { (void)read_trajectory(write("bad.csv", text)); });
+    };
+    const std::string header = trajectory_header(std::vector<std::string>{"AP"});
+    std::string damaged = header;
+    EXPECT_THAT(message(damaged.replace(damaged.find("cost_AP"), 7, "x")),
+                AllOf(HasSubstr("column 15 = x"), HasSubstr("cost_VIEW")));
+    EXPECT_THAT(message(header.substr(0, header.find("time_s")) + "\n"), HasSubstr("not a trajectory"));
+    damaged = text_of(some_rows());
+    EXPECT_THAT(message(damaged.replace(damaged.find("radius,7"), 8, "radius,1e300")),
+                AllOf(HasSubstr("line 2"), HasSubstr("frame = 1e300")));
+}
+
 VoxelGrid grid() {
     VoxelGrid g;
     g.size = {10, 20, 30};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,9 @@
 #include "raylign/io/views.h"
 
 namespace raylign {
+namespace detail {
+struct PixelMap;
+}
 
 /// The frames of all views with one number.
 struct FrameSet {
@@ -53,6 +57,7 @@ private:
     ViewsFile views_;
     std::vector<FrameReader> readers_;
     std::vector<bool> is_settled_;
+    std::vector<std::shared_ptr<const detail::PixelMap>> maps_;  ///< that undo distortion; null where there is none
     std::vector<std::string> notes_;
 };
 

@@ -10,9 +10,9 @@
 
 namespace raylign {
 
-/// Reads a single-channel 2-D image: TIFF, PNG, MHA/MHD, NRRD or DICOM. `frame` chooses among several (multi-frame
-/// DICOM, TIFF pages, the third axis of a stack), from 1; 0 = there is but one. Throws Error for a file that is
-/// missing, damaged or has colours, and for a frame that it has not.
+/// Reads a single-channel 2-D image: TIFF, PNG, JPEG, MHA/MHD, NRRD or DICOM. `frame` chooses among several
+/// (multi-frame DICOM, TIFF pages, the third axis of a stack), from 1; 0 = there is but one. Throws Error for a file
+/// that is missing, damaged or has colours, and for a frame that it has not.
 [[nodiscard]] RawXray read_xray(const std::filesystem::path& path, int frame = 0);
 
 /// A file with one or more frames whose pixels are kept as stored: frames become floats one at a time. One

@@ -23,8 +23,9 @@ enum class ReadImages {
 
 /// Where a view comes from, as far as the pixels and the world depend on it.
 struct ViewOrigin {
-    ImageFlip flip = ImageFlip::none;  ///< done to the stored pixels: points marked on them need it, too
-    bool is_dicom_geometry = false;    ///< the world is the isocentre with the patient's axes
+    ImageFlip flip = ImageFlip::none;      ///< done to the stored pixels: points marked on them need it, too
+    std::optional<Distortion> distortion;  ///< undone after `flip`: points marked on the pixels need that, too
+    bool is_dicom_geometry = false;        ///< the world is the isocentre with the patient's axes
     std::optional<Eigen::Vector3d> isocentre_ct_mm;
     std::filesystem::path image, mask;  ///< the files named, whether read or not; "" = none
     IntensitySettings intensity;        ///< how its pixels become line integrals
@@ -64,9 +65,10 @@ struct ViewsReadOptions {
 }
 
 /// Writes views.json with `projection`-exact cameras ("intrinsics" + "camera_from_world", sdd where known).
-/// `image_names`: one per view, or empty for none; kind is written as "line-integral". `flips`: how images of these
-/// views will be stored, one per view, or empty for none.
+/// `image_names`: one per view, or empty for none; kind is written as "line-integral". `flips`, `distortions`: how
+/// images of these views will be stored, one per view, or empty for none.
 void write_views(const std::filesystem::path& path, const std::vector<View>& views,
-                 const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips = {});
+                 const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips = {},
+                 const std::vector<std::optional<Distortion>>& distortions = {});
 
 }  // namespace raylign
