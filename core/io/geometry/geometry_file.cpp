@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/io/dicom/dicom_tags.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
 #include "core/io/geometry/importers.h"
@@ -31,7 +32,7 @@ std::string_view format_name(GeometryFormat format) {
 
 GeometryFormat geometry_format_of(const std::filesystem::path& path) {
     detail::check_readable_file(path);
-    if (detail::has_dicom_mark(path)) return GeometryFormat::dicom;
+    if (detail::looks_like_dicom(path)) return GeometryFormat::dicom;
     const std::vector<detail::TextLine> lines = detail::text_lines(path);
     const std::string& first = lines.front().text;
     const auto mentions = [&](std::string_view word) {

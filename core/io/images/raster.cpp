@@ -2,9 +2,7 @@
 
 #include "core/io/files/one_eigen.h"
 
-#include <itkGDCMImageIO.h>
 #include <itkImageIOBase.h>
-#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
@@ -17,7 +15,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/io/dicom/dicom_tags.h"
+#include "core/io/dicom/dicom_raster.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
 #include "core/io/images/quiet_itk.h"
@@ -40,9 +38,8 @@ ImageIOBase::Pointer make_image_io(FileFormat format) {
         case FileFormat::png:
             return itk::PNGImageIO::New().GetPointer();
         case FileFormat::dicom:
-            return itk::GDCMImageIO::New().GetPointer();
         case FileFormat::tiff:
-            break;  // not through ITK, see tiff_file.h
+            break;  // not through ITK, see dicom_raster.h and tiff_file.h
     }
     throw Error("no ITK reader for " + format_name(format));
 }
@@ -123,20 +120,6 @@ Component component_of(PixelType type) {
     return Component::UNKNOWNCOMPONENTTYPE;
 }
 
-void take_dicom_tags(const ImageIOBase& io, Raster& raster) {
-    std::string text;
-    const itk::MetaDataDictionary& tags = io.GetMetaDataDictionary();
-    const auto number = [&](const char* tag, double otherwise) {
-        return itk::ExposeMetaData(tags, tag, text) ? number_from(text).value_or(otherwise) : otherwise;
-    };
-    raster.bits_stored = static_cast<int>(number("0028|0101", 0));
-    if (!itk::ExposeMetaData(tags, "0028|0004", text) || trimmed(text) != "MONOCHROME1") return;
-    // GDCMImageIO turns MONOCHROME1 upside down: it stores 2^bits - 1 - pixel, then applies slope and intercept.
-    raster.white_is_zero = true;
-    raster.inverted_sum =
-        number("0028|1053", 1) * (std::ldexp(1.0, raster.bits_stored) - 1) + 2 * number("0028|1052", 0);
-}
-
 Raster header_of(const ImageIOBase& io, FileFormat format, const std::filesystem::path& path) {
     Raster raster;
     raster.format = format;
@@ -154,12 +137,11 @@ Raster header_of(const ImageIOBase& io, FileFormat format, const std::filesystem
     }
     raster.type = pixel_type(io.GetComponentType(), path);
     raster.components = static_cast<int>(io.GetNumberOfComponents());
-    if (format == FileFormat::dicom) take_dicom_tags(io, raster);
     return raster;
 }
 
 /// A damaged header may ask for any amount of memory. Packed pixels cannot be 1032 times smaller (deflate's limit);
-/// detached headers (.mhd, .nhdr) and DICOM's own compressions are held to the absolute limit only.
+/// detached headers (.mhd, .nhdr) are held to the absolute limit only.
 void check_bytes(const Raster& raster, const std::filesystem::path& path) {
     constexpr double kLargest = 1e12, kDeflateLimit = 1100;
     double needed = static_cast<double>(bytes_of(raster.type)) * raster.components;
@@ -189,11 +171,6 @@ void read_pixels(ImageIOBase& io, const QuietItk& quiet, Raster& raster) {
 Raster read_with_itk(const std::filesystem::path& path, FileFormat format,
                      const std::function<void(const Raster&)>& check) {
     if (format == FileFormat::nifti) check_nifti(path);
-    if (format == FileFormat::dicom) {
-        const std::optional<DicomTags> tags = read_dicom_tags(path);
-        if (!tags) throw std::runtime_error("DICOM's mark \"DICM\" is missing at byte 128");
-        if (!tags->has_pixels) throw std::runtime_error("it has no pixels");
-    }
     const ImageIOBase::Pointer io = make_image_io(format);
     const QuietItk quiet;
     const bool is_upper_case = format == FileFormat::meta && path.extension() != lower_case(path.extension().string());
@@ -259,6 +236,7 @@ Raster read_raster(const std::filesystem::path& path, const std::function<void(c
     const std::string what =
         path.string() + " cannot be read as " + format_name(*format) + " (truncated, damaged or another format?)";
     return with_errors(what, [&] {
+        if (*format == FileFormat::dicom) return read_dicom(path, check);
         return *format == FileFormat::tiff ? read_tiff(path, check) : read_with_itk(path, *format, check);
     });
 }

@@ -27,14 +27,16 @@ struct Raster {
     std::vector<double> origin_mm;
     Eigen::MatrixXd direction;  ///< columns: axes
     PixelType type = PixelType::u8;
-    int components = 1;            ///< numbers per pixel: 3 for RGB
-    bool white_is_zero = false;    ///< TIFF WhiteIsZero, DICOM MONOCHROME1
-    int bits_stored = 0;           ///< of integers; 0 where the file does not say
-    double inverted_sum = 0;       ///< not 0: the reader inverted the pixels, the file's are inverted_sum - pixel
-    std::vector<std::byte> bytes;  ///< x fastest
+    int components = 1;              ///< numbers per pixel: 3 for RGB
+    bool white_is_zero = false;      ///< TIFF WhiteIsZero, DICOM MONOCHROME1 or INVERSE
+    std::string shown_dark_by;       ///< DICOM: the tags that white_is_zero comes from
+    int bits_stored = 0;             ///< of integers; 0 where the file does not say
+    double largest = 0;              ///< pixel that the detector could give; 0: what bits_stored holds
+    std::vector<bool> is_padding;    ///< DICOM: pixels that are no image; empty = none
+    std::vector<std::string> notes;  ///< what the reader decided
+    std::vector<std::byte> bytes;    ///< x fastest
 
     [[nodiscard]] std::size_t pixel_count() const;
-    [[nodiscard]] double file_value(double pixel) const { return inverted_sum == 0 ? pixel : inverted_sum - pixel; }
 };
 
 /// "64 x 64 x 20"

@@ -1,0 +1,132 @@
+#include "core/io/dicom/dicom_stack.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/io/files/text.h"
+
+namespace raylign::detail {
+namespace {
+
+Eigen::Vector3d normal_of(const DicomSlice& slice) { return slice.axis_x.cross(slice.axis_y); }
+
+std::string name_of(const DicomSlice& slice) {
+    const std::string name = slice.path.string();
+    return slice.layout.frames > 1 ? "frame " + std::to_string(slice.frame + 1) + " of " + name : name;
+}
+
+/// Voxels 1000 columns from the first one must not be off by more than a tenth of a millimetre.
+constexpr double kPitchTolerance_mm = 1e-4, kAxisTolerance = 1e-3;
+
+void check_alike(const DicomSlice& slice, const DicomSlice& first) {
+    const std::string name = name_of(slice), first_name = name_of(first);
+    if (!slice.has_place) {
+        throw Error(name +
+                    " does not say where its slice lies (ImagePositionPatient, ImageOrientationPatient, PixelSpacing)");
+    }
+    check_same_layout(slice.layout, first.layout, name, first_name);
+    const double turned = std::max((slice.axis_x - first.axis_x).norm(), (slice.axis_y - first.axis_y).norm());
+    if (!(turned < kAxisTolerance))
+        throw Error("orientation of " + name + " differs from that of " + first_name + ": must be one stack");
+    if (!((slice.pitch_mm - first.pitch_mm).norm() < kPitchTolerance_mm)) {
+        throw bad_value("PixelSpacing (0028,0030)",
+                        number_text(slice.pitch_mm.y()) + " x " + number_text(slice.pitch_mm.x()) + " mm",
+                        "like that of " + first_name + ", " + number_text(first.pitch_mm.y()) + " x " +
+                            number_text(first.pitch_mm.x()) + " mm",
+                        name);
+    }
+    if (slice.frame_of_reference != first.frame_of_reference) {
+        throw bad_value("FrameOfReferenceUID (0020,0052)", slice.frame_of_reference,
+                        "like that of " + first_name + ", " + first.frame_of_reference, name);
+    }
+}
+
+/// Even steps between neighbours are the spacing; anything else means a missing, doubled or foreign slice.
+double checked_spacing_mm(const std::vector<DicomSlice>& slices, const Eigen::Vector3d& normal) {
+    std::vector<double> gaps_mm;
+    for (std::size_t i = 1; i < slices.size(); ++i) {
+        gaps_mm.push_back(normal.dot(slices[i].position_mm - slices[i - 1].position_mm));
+    }
+    std::vector<double> sorted = gaps_mm;
+    std::ranges::sort(sorted);
+    const double usual_mm = sorted[sorted.size() / 2];
+    // Positions are rounded to 0.001 to 0.01 mm in many files.
+    const double tolerance_mm = std::max(0.01, 0.02 * usual_mm);
+    for (std::size_t i = 0; i < gaps_mm.size(); ++i) {
+        if (gaps_mm[i] > 1e-3 && std::abs(gaps_mm[i] - usual_mm) <= tolerance_mm) continue;
+        const std::string between = "between " + name_of(slices[i]) + " and " + name_of(slices[i + 1]);
+        if (gaps_mm[i] <= 1e-3) throw Error("two slices at the same place: " + between.substr(8));
+        const double missing = std::round(gaps_mm[i] / usual_mm) - 1;
+        const std::string guess = missing >= 1 ? " (" + number_text(missing) + " missing)" : "";
+        throw bad_value("slice gap", number_text(gaps_mm[i]) + " mm" + guess,
+                        "even, " + number_text(usual_mm) + " mm as elsewhere in the series", between);
+    }
+    const auto steps = static_cast<double>(gaps_mm.size());
+    return normal.dot(slices.back().position_mm - slices.front().position_mm) / steps;
+}
+
+void check_not_askew(const std::vector<DicomSlice>& slices, const Eigen::Vector3d& normal) {
+    constexpr double kLeastCosine = 0.99999;  // 0.26 degrees
+    const Eigen::Vector3d along = slices.back().position_mm - slices.front().position_mm;
+    const double cosine = along.normalized().dot(normal);
+    if (cosine < kLeastCosine) {
+        throw bad_value(
+            "gantry tilt", number_text(std::acos(std::min(1.0, cosine)) * 180 / 3.14159265358979) + " degrees",
+            "0: resample the series to a rectangular grid first", slices.front().path.parent_path().string());
+    }
+}
+
+std::string rescale_text(const PixelValues& values) {
+    return values.is_stated ? number_text(values.slope) + " and " + number_text(values.intercept) : "missing";
+}
+
+}  // namespace
+
+VoxelGrid stack_slices(DicomSeries& series) {
+    const DicomSlice first = series.slices.front();
+    for (const DicomSlice& slice : series.slices) check_alike(slice, first);
+    const Eigen::Vector3d normal = normal_of(first);
+    std::ranges::stable_sort(series.slices, {}, [&](const DicomSlice& slice) { return normal.dot(slice.position_mm); });
+    VoxelGrid grid;
+    grid.size = {first.layout.size.x(), first.layout.size.y(), static_cast<int>(series.slices.size())};
+    // Not within Eigen's comma initialiser: its destructor asserts when an exception leaves it half filled.
+    const double spacing_z_mm = checked_spacing_mm(series.slices, normal);
+    grid.spacing_mm = {first.pitch_mm.x(), first.pitch_mm.y(), spacing_z_mm};
+    check_not_askew(series.slices, normal);
+    grid.origin_mm = series.slices.front().position_mm;
+    grid.direction << first.axis_x, first.axis_y, normal;
+    return grid;
+}
+
+std::vector<std::string> check_values(const DicomSeries& series) {
+    constexpr std::array<std::string_view, 4> kHu = {"", "HU", "HU_MOD", "US"};  // US: not specified
+    const DicomSlice& first = series.slices.front();
+    bool differs = false;
+    for (const DicomSlice& slice : series.slices) {
+        if (!slice.why_no_ct.empty()) throw Error(slice.why_no_ct);
+        const PixelValues &values = slice.values, &others = first.values;
+        if (values.is_stated != others.is_stated) {
+            throw bad_value(
+                "RescaleSlope and RescaleIntercept", rescale_text(values),
+                "there in all slices or in none; in " + name_of(first) + " they are " + rescale_text(others),
+                name_of(slice));
+        }
+        if (std::ranges::find(kHu, values.unit) == kHu.end() || values.unit != others.unit) {
+            throw bad_value("RescaleType (0028,1054)", values.unit,
+                            "HU, and alike in all slices (other values are no attenuation)", name_of(slice));
+        }
+        differs = differs || values.slope != others.slope || values.intercept != others.intercept;
+    }
+    std::vector<std::string> notes;
+    if (!first.values.is_stated && !first.values.lut) {
+        notes.emplace_back("RescaleSlope and RescaleIntercept are missing: stored values are taken as HU");
+    }
+    if (first.values.unit == "US") notes.emplace_back("RescaleType (0028,1054) is US (unspecified): taken as HU");
+    if (differs) notes.emplace_back("each slice has its own RescaleSlope and RescaleIntercept");
+    return notes;
+}
+
+}  // namespace raylign::detail
