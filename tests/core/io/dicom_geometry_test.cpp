@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "dicom_files.h"
 #include "io_files.h"
 #include "raylign/io/geometry.h"
 #include "raylign/io/image.h"
@@ -111,7 +112,7 @@ TEST_F(DicomGeometry, ContradictionsAreErrors) {
     EXPECT_THAT(message_of(XaFile().set(kRotation, "DS", "45")), HasSubstr("0, 90, 180 or 270"));
     EXPECT_THAT(message_of(XaFile().set(kFlip, "CS", "MAYBE")), HasSubstr("YES or NO"));
     EXPECT_THAT(message_of(XaFile().set(kOrientation, "CS", "X\\F")), HasSubstr("PatientOrientation"));
-    EXPECT_THAT(message_of(XaFile().set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.12.1.1")), HasSubstr("enhanced"));
+    EXPECT_THAT(message_of(XaFile().set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.4")), HasSubstr("= MR"));
     EXPECT_THAT(message_of({}, {.size_px = Eigen::Vector2i(30, 40)}), HasSubstr("40 x 30"));
 }
 
@@ -217,7 +218,89 @@ TEST_F(DicomGeometry, RtImageIsPlacedByItsOwnTags) {
               1e-9);
     EXPECT_EQ(view.isocentre_ct_mm, Eigen::Vector3d(1, 2, 3));
     EXPECT_THAT(message_of(XaFile(file).erase(0x300a011e)), HasSubstr("GantryAngle (300A,011E) is missing"));
-    EXPECT_THAT(message_of(file.set(0x300a0122, "DS", "10")), HasSubstr("PatientSupportAngle"));
+    EXPECT_THAT(message_of(XaFile(file).set(0x3002000c, "CS", "NON_NORMAL")), HasSubstr("RTImagePlane"));
+    EXPECT_THAT(message_of(XaFile(file).set(0x00185100, "CS", "SITTING")), HasSubstr("PatientPosition"));
+    EXPECT_THAT(message_of(file.set(0x300a0122, "DS", "abc")), HasSubstr("PatientSupportAngle (300A,0122) = abc"));
+}
+
+/// Gantry at 0: rays go down. What is told here is told in the machine's fixed axes, without any camera.
+XaFile rt_image_from_above() {
+    XaFile file;
+    file.set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.481.1").set(0x30020022, "DS", "1000");
+    file.set(0x30020026, "DS", "1400").set(0x30020011, "DS", "3\\2").set(0x30020012, "DS", "-39\\29");
+    return file.set(0x300a011e, "DS", "0");
+}
+
+/// Stored pixel of a point in fixed axes, the receptor turned by `receptor_deg`.
+Eigen::Vector2d rt_pixel(const Eigen::Vector3d& x_fixed, double receptor_deg = 0) {
+    const Eigen::Vector2d shadow = x_fixed.head<2>() * 1400 / (1000 - x_fixed.z());
+    const Eigen::Vector2d receptor = Eigen::Rotation2Dd(-receptor_deg * std::numbers::pi / 180) * shadow;
+    return {(receptor.x() + 39) / 2, (29 - receptor.y()) / 3};
+}
+
+TEST_F(DicomGeometry, CouchAndReceptorAnglesTurnTheRtImage) {
+    const Eigen::Vector3d x(10, 20, 30);  // left, back, head: right of the couch's end, down, to the gantry
+    const Eigen::Vector3d at_zero(10, 30, -20);
+    EXPECT_LT((project(view_of(rt_image_from_above()).geometry, x) - rt_pixel(at_zero)).norm(), 1e-9);
+    const auto turned = [&](double deg, const Eigen::Vector3d& axis) {
+        return Eigen::AngleAxisd(deg * std::numbers::pi / 180, axis) * at_zero;
+    };
+    const Eigen::Vector3d to_right(1, 0, 0), to_gantry(0, 1, 0), up(0, 0, 1);
+    const GeometryView couch = view_of(rt_image_from_above().set(0x300a0122, "DS", "30"));
+    EXPECT_LT((project(couch.geometry, x) - rt_pixel(turned(30, up))).norm(), 1e-9);
+    EXPECT_THAT(couch.assumptions, Contains(HasSubstr("PatientSupportAngle (300A,0122) = 30")));
+    const auto with_float = [](std::uint32_t tag, float deg) {
+        return rt_image_from_above().set(tag, "FL", test::bytes_of(deg));
+    };
+    EXPECT_LT((project(view_of(with_float(0x300a0140, 2)).geometry, x) - rt_pixel(turned(2, to_right))).norm(), 1e-9);
+    EXPECT_LT((project(view_of(with_float(0x300a0144, 3)).geometry, x) - rt_pixel(turned(3, to_gantry))).norm(), 1e-9);
+    const GeometryView receptor = view_of(rt_image_from_above().set(0x3002000e, "DS", "40"));
+    EXPECT_LT((project(receptor.geometry, x) - rt_pixel(at_zero, 40)).norm(), 1e-9);
+    const GeometryView collimator = view_of(rt_image_from_above().set(0x300a0120, "DS", "40"));
+    EXPECT_LT((project(collimator.geometry, x) - rt_pixel(at_zero)).norm(), 1e-9);
+}
+
+TEST_F(DicomGeometry, TheWorldOfAnRtImageIsThePatientsHoweverHeLies) {
+    const Eigen::Vector3d x(10, 20, 30);
+    const std::vector<std::pair<const char*, Eigen::Vector3d>> fixed = {
+        {"HFS", {10, 30, -20}}, {"HFP", {-10, 30, 20}},   {"FFS", {-10, -30, -20}}, {"FFP", {10, -30, 20}},
+        {"HFDR", {20, 30, 10}}, {"HFDL", {-20, 30, -10}}, {"FFDR", {-20, -30, 10}}, {"FFDL", {20, -30, -10}}};
+    for (const auto& [position, x_fixed] : fixed) {
+        const GeometryView view = view_of(rt_image_from_above().set(0x00185100, "CS", position));
+        EXPECT_LT((project(view.geometry, x) - rt_pixel(x_fixed)).norm(), 1e-9) << position;
+    }
+}
+
+TEST_F(DicomGeometry, EnhancedXaHasTheGeometryOfEachFrame) {
+    const auto group = [](std::uint32_t macro, const test::DicomBuilder& values) {
+        return test::DicomBuilder().set(macro, "SQ", test::sequence_of({values}));
+    };
+    XaFile file = XaFile().erase(kPrimary).erase(kSecondary).erase(kPitch).erase(kSdd).erase(kSpd);
+    file.frames = 2;
+    for (int f = 0; f < 2; ++f) file.pixels.insert(file.pixels.end(), 1200, static_cast<std::uint16_t>(100 * (f + 1)));
+    test::DicomBuilder pixels, shared = group(0x00289443, pixels.set(kPitch, "DS", "0.5\\0.4"));
+    std::vector<test::DicomBuilder> frames;
+    for (const auto& [primary, sdd, sid] : {std::tuple{"30", "1200", 800.0F}, {"40", "1300", 900.0F}}) {
+        test::DicomBuilder positioner, distances;
+        positioner.set(kPrimary, "DS", primary).set(kSecondary, "DS", "-20");
+        distances.set(kSdd, "DS", sdd).set(0x00189402, "FL", test::bytes_of(sid));
+        test::DicomBuilder frame = group(0x00189405, positioner);
+        frame.tags.merge(group(0x00189476, distances).tags);
+        frames.push_back(frame);
+    }
+    file.set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.12.1.1");
+    file.set(0x52009229, "SQ", test::sequence_of({shared})).set(0x52009230, "SQ", test::sequence_of(frames));
+    const Eigen::Vector3d x(3, -2, 4);
+    EXPECT_LT((stored_by(view_of(file), x) - stored_pixel(x)).norm(), 1e-9);
+    const GeometryView second = view_of(file, {.item = 2});
+    EXPECT_EQ(second.geometry.camera.sdd_mm, 1300);
+    const double p = 40 * std::numbers::pi / 180, s = -20 * std::numbers::pi / 180;
+    EXPECT_LT((source_world_mm(second.geometry) -
+               -900 * Eigen::Vector3d(std::sin(p) * std::cos(s), -std::cos(p) * std::cos(s), std::sin(s)))
+                  .norm(),
+              1e-9);
+    EXPECT_EQ(read_xray(at("xa.dcm"), 2).image(0, 0), 200);
+    EXPECT_THAT(message_of(file, {.item = 3}), HasSubstr("in [1, 2]"));
 }
 
 /// The X-ray that a detector would store: one exact line integral a pixel, rays drawn in LPS without any camera.
