@@ -132,6 +132,13 @@ void check_codestream(const CodestreamHeader& header, const PixelLayout& layout,
     }
 }
 
+void check_jpeg_2000_end(const std::string& stream, const std::string& where) {
+    constexpr std::size_t kPadding = 8;  // bytes that writers leave behind
+    const std::size_t from = stream.size() > kPadding ? stream.size() - kPadding : 0;
+    if (stream.find("\xff\xd9", from) != std::string::npos) return;
+    throw Error(where + ": its JPEG 2000 pixels do not end with the end mark FF D9 (truncated?)");
+}
+
 std::string decode_rle(const std::string& stream, const PixelLayout& layout, const std::string& where) {
     constexpr std::size_t kHeader = 64;
     const auto wanted = static_cast<std::uint32_t>(layout.samples * layout.bits_allocated / 8);

@@ -22,6 +22,9 @@ struct CodestreamHeader {
 /// Throws Error where a codestream holds another image than the tags say: decoders write what it says.
 void check_codestream(const CodestreamHeader& header, const PixelLayout& layout, const std::string& where);
 
+/// Throws Error where a JPEG 2000 codestream lacks its end mark: decoders make something of what is left.
+void check_jpeg_2000_end(const std::string& stream, const std::string& where);
+
 /// Decodes a frame of RLE (PackBits of each byte of the pixels, highest first; DICOM PS3.5, annex G) to little-endian
 /// pixels. Throws Error for segments that do not fit the layout or the stream, and for too few pixels.
 [[nodiscard]] std::string decode_rle(const std::string& stream, const PixelLayout& layout, const std::string& where);

@@ -149,8 +149,11 @@ private:
             return element.tag;
         }
         const std::string raw = bytes(element.length);
+        // Programs that do not know an element write it as UN, in little endian.
+        const bool is_unknown = element.vr == "UN" && !implicit_representation(element.tag).empty();
+        const std::string_view vr = is_unknown ? implicit_representation(element.tag) : std::string_view(element.vr);
         out->values[element.tag] =
-            element.tag == tag::kLutData ? raw : value_as_text(element.vr, raw, encoding.is_big_endian);
+            element.tag == tag::kLutData ? raw : value_as_text(vr, raw, encoding.is_big_endian && !is_unknown);
         return element.tag;
     }
 

@@ -50,4 +50,7 @@ struct DicomFolder {
 /// CT. Throws Error listing them (UID, description, slices).
 [[nodiscard]] const DicomSeries& choose_series(const DicomFolder& found, const std::string& choice);
 
+/// What was taken and what was left out, for the report.
+[[nodiscard]] std::vector<std::string> folder_notes(const DicomFolder& found, const DicomSeries& series);
+
 }  // namespace raylign::detail

@@ -83,9 +83,23 @@ std::string rescale_text(const PixelValues& values) {
     return values.is_stated ? number_text(values.slope) + " and " + number_text(values.intercept) : "missing";
 }
 
+void check_slice_count(const DicomSeries& series) {
+    const DicomSlice& only = series.slices.front();
+    if (series.slices.size() > 1) return;
+    if (only.layout.frames > 1) {
+        throw Error(only.path.string() + " has " + std::to_string(only.layout.frames) +
+                    " frames and does not say where each lies (Per-frame Functional Groups (5200,9230) are missing)");
+    }
+    throw bad_value("size",
+                    std::to_string(only.layout.size.x()) + " x " + std::to_string(only.layout.size.y()) + " x 1",
+                    "3-D (this is one slice; for a series give its folder, " + only.path.parent_path().string() + ")",
+                    only.path.string());
+}
+
 }  // namespace
 
 VoxelGrid stack_slices(DicomSeries& series) {
+    check_slice_count(series);
     const DicomSlice first = series.slices.front();
     for (const DicomSlice& slice : series.slices) check_alike(slice, first);
     const Eigen::Vector3d normal = normal_of(first);
@@ -127,6 +141,24 @@ std::vector<std::string> check_values(const DicomSeries& series) {
     if (first.values.unit == "US") notes.emplace_back("RescaleType (0028,1054) is US (unspecified): taken as HU");
     if (differs) notes.emplace_back("each slice has its own RescaleSlope and RescaleIntercept");
     return notes;
+}
+
+Raster read_dicom_stack(const std::filesystem::path& path) {
+    DicomSeries series = choose_series(scan_dicom(path), "");
+    VoxelGrid grid = stack_slices(series);
+    const Raster stored = read_raster(path);
+    Raster sorted = stored;
+    const std::size_t plane = stored.bytes.size() / static_cast<std::size_t>(stored.size[2]);
+    for (std::size_t i = 0; i < series.slices.size(); ++i) {
+        const auto from = static_cast<std::ptrdiff_t>(plane * static_cast<std::size_t>(series.slices[i].frame));
+        std::copy_n(stored.bytes.begin() + from, plane, sorted.bytes.begin() + static_cast<std::ptrdiff_t>(plane * i));
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        sorted.spacing_mm[axis] = grid.spacing_mm[static_cast<int>(axis)];
+        sorted.origin_mm[axis] = grid.origin_mm[static_cast<int>(axis)];
+    }
+    sorted.direction = grid.direction;
+    return sorted;
 }
 
 }  // namespace raylign::detail

@@ -1,8 +1,11 @@
 #include "core/io/dicom/frame_decoder.h"
 
 #include <gdcmImageReader.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <sstream>
 #include <utility>
 
@@ -10,6 +13,7 @@
 #include "core/io/dicom/codestream.h"
 #include "core/io/dicom/dicom_writer.h"
 #include "core/io/dicom/transfer_syntax.h"
+#include "core/io/files/text.h"
 #include "core/io/images/quiet_itk.h"
 
 namespace raylign::detail {
@@ -29,18 +33,79 @@ std::string file_of_codestream(const std::string& stream, const CodestreamHeader
     return writer.file(any_class, any_uid, syntax);
 }
 
+/// A JPEG without what programs add to it (APPn, comments): GDCM aborts on some, and grey pixels need none.
+std::string without_additions(const std::string& stream) {
+    std::string bare = stream.substr(0, 2);
+    std::size_t at = 2;
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(stream[i])); };
+    while (at + 4 <= stream.size() && byte(at + 1) != 0xda) {
+        if (byte(at + 1) == 0xff) {  // a fill byte
+            ++at;
+            continue;
+        }
+        const std::size_t length = 2 + 256 * byte(at + 2) + byte(at + 3);
+        const bool is_addition = (byte(at + 1) & 0xf0) == 0xe0 || byte(at + 1) == 0xfe;
+        if (!is_addition) bare += stream.substr(at, length);
+        at += length;
+    }
+    return bare + stream.substr(std::min(at, stream.size()));
+}
+
+/// While it lives, what C libraries print to standard error is kept: it is their only channel for damaged pixels that
+/// they go on with. Process-wide, as QuietItk.
+class KeptStderr {
+public:
+    KeptStderr() : kept_(std::tmpfile()), stderr_(::dup(STDERR_FILENO)) {
+        std::fflush(stderr);
+        if (kept_ != nullptr) ::dup2(::fileno(kept_), STDERR_FILENO);
+    }
+    ~KeptStderr() {
+        restore();
+        if (kept_ != nullptr) std::fclose(kept_);
+    }
+    KeptStderr(const KeptStderr&) = delete;
+    KeptStderr& operator=(const KeptStderr&) = delete;
+
+    /// The first line; puts standard error back.
+    [[nodiscard]] std::string first_line() {
+        restore();
+        std::array<char, 200> line{};
+        if (kept_ == nullptr) return {};
+        std::rewind(kept_);
+        const char* const read = std::fgets(line.data(), line.size(), kept_);
+        return read == nullptr ? std::string() : std::string(trimmed(read));
+    }
+
+private:
+    void restore() {
+        if (stderr_ < 0) return;
+        std::fflush(stderr);
+        ::dup2(stderr_, STDERR_FILENO);
+        ::close(stderr_);
+        stderr_ = -1;
+    }
+    std::FILE* kept_;
+    int stderr_;
+};
+
 std::string decode_by_gdcm(const std::string& stream, const CodestreamHeader& header, const DicomFile& file) {
     const QuietItk quiet;
+    KeptStderr kept;
     std::istringstream bytes(file_of_codestream(stream, header, file.syntax));
     gdcm::ImageReader reader;
     reader.SetStream(bytes);
-    const std::string problem = file.name + ": its compressed pixels cannot be decoded (truncated or damaged?)";
-    if (!reader.Read()) throw Error(problem);
-    const gdcm::Image& image = reader.GetImage();
     const std::size_t wanted = header.columns * header.rows * (header.precision > 8 ? 2 : 1);
-    std::string pixels(image.GetBufferLength(), '\0');
-    if (pixels.size() != wanted || !image.GetBuffer(pixels.data())) throw Error(problem);
-    return pixels;
+    std::string pixels;
+    bool is_read = reader.Read();
+    if (is_read) {
+        pixels.resize(reader.GetImage().GetBufferLength());
+        is_read = pixels.size() == wanted && reader.GetImage().GetBuffer(pixels.data());
+    }
+    const std::string complaint = kept.first_line();
+    const bool is_harmless = complaint.find("extraneous bytes before marker") != std::string::npos;
+    if (is_read && (complaint.empty() || is_harmless)) return pixels;
+    throw Error(file.name + ": its compressed pixels cannot be decoded (truncated or damaged?)" +
+                (complaint.empty() ? "" : ": " + complaint));
 }
 
 /// Pixels of fewer bytes than BitsAllocated says.
@@ -86,6 +151,8 @@ std::string FrameDecoder::operator()(int frame) const {
     if (codec == PixelCodec::rle) return decode_rle(stream, layout_, file_.name);
     const CodestreamHeader header = codestream_header(stream, codec, file_.name);
     check_codestream(header, layout_, file_.name);
+    if (codec == PixelCodec::jpeg_2000) check_jpeg_2000_end(stream, file_.name);
+    if (codec == PixelCodec::jpeg) stream = without_additions(stream);
     return widened(decode_by_gdcm(stream, header, file_), header.precision > 8 ? 2 : 1, width, header.is_signed);
 }
 

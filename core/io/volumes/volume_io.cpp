@@ -204,21 +204,6 @@ VolumeFile read_file(const std::filesystem::path& path, const VolumeReadOptions&
     return file;
 }
 
-void note_folder(const detail::DicomFolder& found, const detail::DicomSeries& series, std::vector<std::string>& notes) {
-    notes.push_back("DICOM series " + series.uid + " \"" + series.description + "\", " + series.file_text());
-    if (found.ignored_files > 0) {
-        notes.push_back(std::to_string(found.ignored_files) +
-                        " files of the folder are no DICOM images and were ignored" +
-                        (found.empty_files > 0 ? " (" + std::to_string(found.empty_files) + " empty)" : ""));
-    }
-    if (found.localizers > 0) {
-        notes.push_back(std::to_string(found.localizers) + " localizers of the folder were left out");
-    }
-    if (found.series.size() > 1) {
-        notes.push_back(std::to_string(found.series.size() - 1) + " other series of the folder were left out");
-    }
-}
-
 /// Reads the slices in their order; a file of many frames once.
 detail::PixelType append_slices(const detail::DicomSeries& series, Converter& converter, VolumeFile& file) {
     Raster raster;
@@ -235,29 +220,15 @@ detail::PixelType append_slices(const detail::DicomSeries& series, Converter& co
     return raster.type;
 }
 
-void check_slice_count(const detail::DicomSeries& series) {
-    const detail::DicomSlice& only = series.slices.front();
-    if (series.slices.size() > 1) return;
-    if (only.layout.frames > 1) {
-        throw Error(only.path.string() + " has " + std::to_string(only.layout.frames) +
-                    " frames and does not say where each lies (Per-frame Functional Groups (5200,9230) are missing)");
-    }
-    throw bad_value("size",
-                    std::to_string(only.layout.size.x()) + " x " + std::to_string(only.layout.size.y()) + " x 1",
-                    "3-D (this is one slice; for a series give its folder, " + only.path.parent_path().string() + ")",
-                    only.path.string());
-}
-
 VolumeFile read_dicom_volume(const std::filesystem::path& path, const VolumeReadOptions& options) {
     const detail::DicomFolder found = detail::scan_dicom(path);
     detail::DicomSeries series = detail::choose_series(found, options.series);
     if (options.spacing_mm)
         throw Error(path.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
     VolumeFile file;
-    note_folder(found, series, file.notes);
+    file.notes = detail::folder_notes(found, series);
     const std::vector<std::string> value_notes = detail::check_values(series);
     file.notes.insert(file.notes.end(), value_notes.begin(), value_notes.end());
-    check_slice_count(series);
     VoxelGrid grid = detail::stack_slices(series);
     check_and_square(grid, path.string());
     Converter converter(options, grid);
@@ -266,26 +237,6 @@ VolumeFile read_dicom_volume(const std::filesystem::path& path, const VolumeRead
     converter.describe(type, file.notes);
     file.volume = converter.take();
     return file;
-}
-
-/// A label map in DICOM: the frames sorted as those of a CT are.
-Raster read_dicom_labels(const std::filesystem::path& path) {
-    detail::DicomSeries series = detail::choose_series(detail::scan_dicom(path), "");
-    check_slice_count(series);
-    VoxelGrid grid = detail::stack_slices(series);
-    const Raster stored = detail::read_raster(path);
-    Raster sorted = stored;
-    const std::size_t plane = stored.bytes.size() / static_cast<std::size_t>(stored.size[2]);
-    for (std::size_t i = 0; i < series.slices.size(); ++i) {
-        const auto from = static_cast<std::ptrdiff_t>(plane * static_cast<std::size_t>(series.slices[i].frame));
-        std::copy_n(stored.bytes.begin() + from, plane, sorted.bytes.begin() + static_cast<std::ptrdiff_t>(plane * i));
-    }
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        sorted.spacing_mm[axis] = grid.spacing_mm[static_cast<int>(axis)];
-        sorted.origin_mm[axis] = grid.origin_mm[static_cast<int>(axis)];
-    }
-    sorted.direction = grid.direction;
-    return sorted;
 }
 
 }  // namespace
@@ -305,9 +256,10 @@ VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOption
 }
 
 LabelMap read_label_map(const std::filesystem::path& path, const VoxelGrid& like) {
+    detail::check_readable_file(path);
     VolumeReadOptions options;
     const bool is_dicom = detail::format_of(path) == detail::FileFormat::dicom;
-    Raster raster = is_dicom ? read_dicom_labels(path)
+    Raster raster = is_dicom ? detail::read_dicom_stack(path)
                              : detail::read_raster(path, [&](const Raster& header) { check_volume(header, path); });
     if (raster.format == detail::FileFormat::tiff) {
         options.spacing_mm = like.spacing_mm;
