@@ -90,6 +90,13 @@ TEST_F(DicomPixels, AllUncompressedSyntaxesGiveTheSame) {
     }
 }
 
+TEST_F(DicomPixels, AFileThatSaysImplicitAndIsExplicitIsRead) {
+    std::string bytes = small_xray().bytes();
+    const std::string stated("1.2.840.10008.1.2.1\0", 20), wrong("1.2.840.10008.1.2\0\0\0", 20);
+    bytes.replace(bytes.find(stated), stated.size(), wrong);
+    EXPECT_EQ(read_xray(write("x.dcm", bytes)).image.pixels[5], 4095);
+}
+
 TEST_F(DicomPixels, ADamagedDeflatedFileIsRefused) {
     DicomBuilder file = small_xray();
     file.syntax = "1.2.840.10008.1.2.1.99";
