@@ -46,7 +46,9 @@ public:
         if (file_.syntax == kDeflatedSyntax) inflate_rest();
         // The elements before are explicit little endian whatever the syntax says of the rest.
         file_.is_big_endian = file_.syntax == kBigEndianSyntax;
-        const bool is_explicit = file_.syntax.empty() ? begins_explicit() : file_.syntax != kImplicitSyntax;
+        // Some files say that they are implicit and are not.
+        const bool may_be_implicit = file_.syntax.empty() || file_.syntax == kImplicitSyntax;
+        const bool is_explicit = !may_be_implicit || begins_explicit();
         const Encoding encoding{is_explicit, file_.is_big_endian};
         while (position_ < size_ && !file_.tags.has_pixels) {
             if (read_element(&file_.tags, encoding) == kItemEnd) fail("an end mark without its beginning");

@@ -109,7 +109,7 @@ std::string matrix_text(const RigidTransform& transform) {
 DicomWriter registration_item(const std::string& frame, const RigidTransform& registered_from_frame) {
     DicomWriter matrix, registration, item;
     matrix.text(kMatrixType, "CS", "RIGID").text(kMatrix, "DS", matrix_text(registered_from_frame));
-    registration.sequence(0x0070030d, {}).sequence(kMatrices, {matrix});
+    registration.sequence(kMatrices, {matrix}).sequence(0x0070030d, {});
     return item.text(tag::kFrameOfReference, "UI", frame).sequence(kMatrixRegistrations, {registration});
 }
 
