@@ -65,6 +65,7 @@ CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
         run.files.push_back(flags.targets);
     }
     VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
+    inputs.world_from_ct = read_pose(flags.pose, volume.files.front());
     inputs.volume = std::move(volume.volume);
     append(run.files, volume.files);
     append(run.notes, volume.notes);

@@ -20,9 +20,10 @@ namespace {
 
 std::string overlay_file_name(const std::string& view) { return "overlay_" + view + ".png"; }
 
-std::vector<std::string> output_file_names(const std::vector<View>& views) {
+std::vector<std::string> output_file_names(const RegisterInputs& inputs) {
     std::vector<std::string> names{"pose.json", "pose.tfm", "report.json", "report.html"};
-    for (const View& view : views) {
+    if (!inputs.dicom_ct.empty()) names.emplace_back("pose.dcm");
+    for (const View& view : inputs.views) {
         names.push_back(overlay_file_name(view.name));
         names.push_back(drr_file_name(view.name));
     }
@@ -84,6 +85,9 @@ std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registrat
                           Clock::time_point begin, OutputFolder& folder) {
     write_pose(folder.stage("pose.json"), run.result.world_from_ct);
     write_pose(folder.stage("pose.tfm"), run.result.world_from_ct);
+    if (!run.inputs.dicom_ct.empty()) {
+        write_pose(folder.stage("pose.dcm"), run.result.world_from_ct, run.inputs.dicom_ct);
+    }
     const std::vector<PageOverlay> overlays = stage_pictures(run.inputs, registration, run.result, backend, folder);
     run.total_s = seconds_since(begin);  // leaves out hashing the inputs for the report
     const std::string report = report_json(run);
@@ -102,7 +106,7 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
     BackendChoice choice = choose_backend(options.backend);
     const RegisterInputs inputs = read_register_inputs(options);
     registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;
-    const std::vector<std::string> names = output_file_names(inputs.views);
+    const std::vector<std::string> names = output_file_names(inputs);
     refuse_to_overwrite(inputs.files, options.output.folder, names);
     OutputFolder folder(options.output.folder);  // before the work: an unwritable folder should not cost a run
 

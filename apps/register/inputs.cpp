@@ -5,6 +5,8 @@
 #include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
+#include "core/io/dicom/dicom_tags.h"
+#include "core/io/poses/spatial_registration.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
 #include "raylign/targets.h"
@@ -22,6 +24,15 @@ void read_poses(const TruthFlags& flags, RegisterInputs& inputs) {
         inputs.rotation_centre_ct_mm = targets_centre_mm(inputs.targets_ct_mm);
         inputs.files.push_back(flags.targets);
     }
+}
+
+/// Poses in DICOM again: which way they go is told by the CT's frame of reference.
+void settle_dicom_poses(const RegisterOptions& options, const std::filesystem::path& ct, RegisterInputs& inputs) {
+    if (!dicom_frame_of_reference(ct).empty()) inputs.dicom_ct = ct;
+    if (!options.truth.truth.empty()) inputs.true_world_from_ct = read_pose(options.truth.truth, ct);
+    const std::string& start = options.start.pose;
+    if (!start.empty() && start != "dicom" && looks_like_dicom(start))
+        inputs.start_world_from_ct = read_pose(start, ct);
 }
 
 }  // namespace
@@ -49,6 +60,7 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     inputs.start_world_from_ct = guess.world_from_ct;
     append(inputs.files, guess.files);
     append(inputs.notes, guess.notes);
+    settle_dicom_poses(options, volume.files.front(), inputs);
     inputs.views = std::move(views.views);
     if (inputs.true_world_from_ct && inputs.targets_ct_mm.empty()) {
         inputs.targets_ct_mm = default_targets_ct_mm(inputs.volume);

@@ -23,6 +23,7 @@ struct RegisterInputs {
     std::optional<Eigen::Vector3d> rotation_centre_ct_mm;  ///< the middle of the targets, where they were given
     std::vector<std::string> notes;                        ///< what was decided on reading, for the report
     std::vector<std::filesystem::path> files;              ///< every file read
+    std::filesystem::path dicom_ct;  ///< a file of the CT, where it is DICOM and says its frame of reference; else ""
     double load_s = 0;
 };
 

@@ -67,11 +67,12 @@ void add_volume_flags(CLI::App& command, VolumeFlags& flags) {
 }
 
 void add_start_flags(CLI::App& command, StartFlags& flags) {
-    describe(command.add_option(
-                 "--start", flags.pose,
-                 "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), .jts, .tra, or \"dicom\";\n"
-                 "default: CT centre where central rays meet, patient axes as world axes"),
-             "FILE", kStartGroup);
+    describe(
+        command.add_option("--start", flags.pose,
+                           "world_from_ct to start from: pose.json, an ITK .tfm (ct_from_world), .dcm, .jts, .tra,\n"
+                           "or \"dicom\";\n"
+                           "default: CT centre where central rays meet, patient axes as world axes"),
+        "FILE", kStartGroup);
     describe(command.add_option("--landmarks3d", flags.landmarks3d,
                                 "Points in the CT to start from: Markups JSON, .fcsv, CSV; default none"),
              "FILE", kStartGroup);

@@ -53,6 +53,7 @@ Study set_up_study(const StudyOptions& settled_options) {
     make_cases(study);
     stop_if_interrupted();
     VolumeFile volume = read_volume(study.options.volume.file, volume_read_options(study.options.volume));
+    study.true_world_from_ct = read_pose(study.options.truth.truth, volume.files.front());
     study.volume = std::move(volume.volume);
     append(study.files, volume.files);
     append(study.notes, volume.notes);

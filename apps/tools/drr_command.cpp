@@ -48,9 +48,10 @@ int run_drr(const DrrOptions& options) {
     check_photons(options.noise_photons);
     const RenderSettings render = render_settings(options.backend);
     const BackendChoice choice = choose_backend(options.backend);
-    const RigidTransform world_from_ct = read_pose(options.pose);
+    (void)read_pose(options.pose);  // before the large file
     ViewsFile file = read_views(options.views, {.images = ReadImages::never});
     const VolumeFile volume = read_volume(options.volume.file, volume_read_options(options.volume));
+    const RigidTransform world_from_ct = read_pose(options.pose, volume.files.front());
     stop_if_interrupted();
 
     std::vector<std::string> images, outputs{"views.json"};

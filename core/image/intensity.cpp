@@ -74,6 +74,10 @@ void exclude_outside(const Image& field, XrayConversion& result) {
                                        " % of the pixels, are outside and get weight 0"));
 }
 
+std::string shown_dark_text(const RawXray& raw) {
+    return raw.shown_dark_by.empty() ? "the image is MONOCHROME1" : raw.shown_dark_by;
+}
+
 Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, bool has_dark_frame,
                                       std::vector<std::string>& decisions) {
     if (raw.relation_sign != 0 || raw.relation == IntensityRelation::linear) {
@@ -84,7 +88,7 @@ Polarity settle_transmission_polarity(const RawXray& raw, const Extremes& e, boo
         return is_less ? Polarity::bone_bright : Polarity::bone_dark;
     }
     if (raw.monochrome1) {
-        decisions.push_back("polarity: bone dark, as the image is MONOCHROME1 (large values are shown dark)");
+        decisions.push_back("polarity: bone dark, as " + shown_dark_text(raw) + " (large values are shown dark)");
         return Polarity::bone_dark;
     }
     const std::string numbers = text_of(100 * e.low_share, " % of the pixels at the dark end (", e.low, "), ",
@@ -247,8 +251,8 @@ void convert_line_integral(const RawXray& raw, const IntensitySettings& settings
                                                                   : "PixelIntensityRelationship (0028,1040)"));
     } else if (polarity == Polarity::automatic) {
         polarity = raw.monochrome1 ? Polarity::bone_dark : Polarity::bone_bright;
-        result.decisions.emplace_back(raw.monochrome1 ? "polarity: bone dark, as the image is MONOCHROME1"
-                                                      : "polarity: bone bright, as is usual for line integrals");
+        result.decisions.push_back(raw.monochrome1 ? "polarity: bone dark, as " + shown_dark_text(raw)
+                                                   : "polarity: bone bright, as is usual for line integrals");
     }
     if (polarity == Polarity::bone_dark) {
         for (float& value : result.line_integral.pixels) value = -value;
@@ -280,7 +284,11 @@ XrayConversion line_integral_from_xray(const RawXray& raw, const Image& mask, co
     }
     XrayConversion result{raw.image, mask, raw.notes};
     if (usable_pixels(raw.image, {}).empty()) throw Error("image " + std::string(where) + ": has no finite pixel");
-    if (usable_pixels(raw.image, mask).empty()) {
+    if (!raw.valid.empty()) {
+        if (mask.empty()) result.weights = Image(raw.image.width, raw.image.height, 1);
+        for (std::size_t i = 0; i < raw.valid.pixels.size(); ++i) result.weights.pixels[i] *= raw.valid.pixels[i];
+    }
+    if (usable_pixels(raw.image, result.weights).empty()) {
         throw Error("image " + std::string(where) + ": no finite pixel is left by its mask");
     }
     if (settle_kind(raw, settings, result.decisions) == IntensityKind::transmission) {

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/registration/policy.h"
+#include "core/registration/strategy/reversed_contrast.h"
 #include "core/registration/strategy/strategy.h"
 #include "core/registration/trust/mirrored.h"
 #include "core/registration/trust/verdict.h"
@@ -81,6 +83,22 @@ void suspect_mirrored(Run& run) {
     }
 }
 
+/// Says what may be wrong with the images: what was suspected already, else what is found where `may_look` says so.
+void name_suspicion(Run& run, bool may_look) {
+    const bool is_weak = std::ranges::any_of(run.result.view_costs, [](double cost) { return !(cost < kWeakCost); });
+    const bool was_tried = run.result.content == Content::part;
+    try {
+        if (!run.suspicion && may_look && is_weak && !was_tried) run.suspicion = reversed_contrast(run);
+    } catch (const RunStopped&) {
+        return;  // the result stands; nobody waits for more reasons
+    }
+    if (run.suspicion) {
+        run.result.reasons.insert(run.result.reasons.begin(), *run.suspicion);
+    } else if (may_look) {
+        suspect_mirrored(run);
+    }
+}
+
 }  // namespace
 
 void detail::check_options(const RegistrationOptions& options, const Backend& backend) {
@@ -139,8 +157,8 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     }
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
     if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
-    result.ok = result.reasons.empty();
-    if (!result.ok && stopped.empty() && options.suspect_mirrored && !options.time_limit_s) suspect_mirrored(run);
+    result.ok = result.reasons.empty() && !run.suspicion;
+    if (!result.ok) name_suspicion(run, stopped.empty() && options.suspect_mirrored && !options.time_limit_s);
     return result;
 }
 

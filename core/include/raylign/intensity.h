@@ -45,11 +45,13 @@ struct RawXray {
     Image image;
     bool integer_pixels = false;   ///< stored as integers: a detector's counts rather than line integrals
     double max_representable = 0;  ///< of the stored type, e.g. 255; 0 for float
-    bool monochrome1 = false;      ///< DICOM: large values are dark
+    bool monochrome1 = false;      ///< large values are to be shown dark
+    std::string shown_dark_by;     ///< the tags that say so; "" = the format's only one
     IntensityRelation relation = IntensityRelation::unknown;
     int relation_sign = 0;  ///< DICOM (0028,1041): 1 = larger pixels for more X-rays, -1 = for fewer, 0 = not said
     Image shutter;          ///< DICOM shutter and collimator tags: 0 outside; empty = none
-    std::vector<std::string> notes;  ///< what the file says besides: lossy compression, another orientation
+    Image valid;            ///< 0 where a pixel is no image (DICOM padding), 1 elsewhere; empty = all are
+    std::vector<std::string> notes;  ///< what was decided on reading the file, and what it says besides
 };
 
 /// An X-ray as a View takes it.

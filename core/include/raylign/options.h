@@ -58,8 +58,9 @@ struct RegistrationOptions {
     Content content = Content::automatic;
     SearchOptions search;
     bool robust = true;  ///< weigh down what the DRR cannot explain (gauss-newton only)
-    /// Where the result is doubtful, find out whether the images fit far better mirrored, and say so among the reasons:
-    /// up to seven more registrations. Not where there is a time limit.
+    /// Where the result is doubtful, find out whether the images fit far better with their contrast reversed (on the
+    /// coarsest level, and before a part is sought) or mirrored (up to seven more registrations; not where there is a
+    /// time limit), and say so among the reasons.
     bool suspect_mirrored = true;
     std::optional<double>
         time_limit_s;  ///< then the best pose so far is returned, as doubtful; default: none; positive

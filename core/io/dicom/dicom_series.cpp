@@ -1,51 +1,122 @@
 #include "core/io/dicom/dicom_series.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <optional>
+#include <set>
+#include <system_error>
 
 #include "core/base/error.h"
-#include "core/io/dicom/dicom_tags.h"
-#include "core/io/files/text.h"
+#include "core/io/dicom/dicom_file.h"
+#include "core/io/dicom/functional_groups.h"
+#include "core/io/dicom/modality.h"
+#include "core/io/dicom/tag_numbers.h"
 
 namespace raylign::detail {
 namespace {
 
-constexpr std::uint32_t kStorageClass = 0x00020002, kSeriesDescription = 0x0008103e, kSeriesUid = 0x0020000e,
-                        kSeriesNumber = 0x00200011, kPosition = 0x00200032, kOrientation = 0x00200037,
-                        kPixelSpacing = 0x00280030;
-
-DicomSlice slice_of(const DicomTags& tags, const std::string& file) {
-    DicomSlice slice;
-    slice.path = file;
-    slice.size = {static_cast<int>(tags.number(kColumnsTag, 0)), static_cast<int>(tags.number(kRowsTag, 0))};
-    const std::vector<double> position = tags.numbers(kPosition, 3);
-    const std::vector<double> axes = tags.numbers(kOrientation, 6);
-    const std::vector<double> pitch = tags.numbers(kPixelSpacing, 2);
+void take_place(const DicomTags& tags, DicomSlice& slice) {
+    const std::vector<double> position = tags.numbers(tag::kPosition, 3);
+    const std::vector<double> axes = tags.numbers(tag::kOrientation, 6);
+    const std::vector<double> pitch = tags.numbers(tag::kPixelSpacing, 2);
     slice.has_place = !position.empty() && !axes.empty() && !pitch.empty();
-    if (!slice.has_place) return slice;
+    if (!slice.has_place) return;
     slice.position_mm = {position[0], position[1], position[2]};
     slice.axis_x = {axes[0], axes[1], axes[2]};  // direction in which the column index grows
     slice.axis_y = {axes[3], axes[4], axes[5]};
     slice.pitch_mm = {pitch[1], pitch[0]};  // DICOM gives row spacing (along y) first
-    return slice;
 }
 
-/// CT Image Storage, Enhanced CT Image Storage, or a file cut off before it says what it is.
-bool must_have_pixels(std::string_view storage_class) {
-    return storage_class.empty() || storage_class == "1.2.840.10008.5.1.4.1.1.2" ||
-           storage_class == "1.2.840.10008.5.1.4.1.1.2.1";
+/// What tells stacks of one series apart; "" where the frames do not say.
+std::string stack_of(const DicomTags& tags) {
+    const std::string stack = tags.text(tag::kStackId), time = tags.text(tag::kTemporalPosition);
+    return (stack.empty() ? "" : "stack " + stack) + (time.empty() ? "" : " time " + time);
 }
 
-std::vector<std::string> files_in(const std::filesystem::path& folder) {
-    std::vector<std::string> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.is_regular_file()) files.push_back(entry.path().string());
+class FolderScan {
+public:
+    void add(const std::string& path) {
+        const std::optional<DicomFile> file = open(path);
+        if (!file) return;
+        const PixelLayout layout = pixel_layout(*file);
+        const std::string why_no_ct = detail::why_no_ct(file->tags, path);
+        for (int frame = 0; frame < layout.frames; ++frame) {
+            const DicomTags tags = tags_of_frame(file->tags, frame, path);
+            DicomSlice slice{path,      frame,
+                             layout,    pixel_values(tags, layout, file->is_big_endian, path),
+                             why_no_ct, tags.text(tag::kFrameOfReference)};
+            take_place(tags, slice);
+            add(tags, std::move(slice));
+            if (!has_functional_groups(file->tags) && layout.frames > 1) break;  // no frame says where it lies
+        }
     }
-    std::ranges::sort(files);
-    return files;
+
+    DicomFolder take() {
+        std::map<std::string, int> stacks;
+        for (const auto& [key, series] : by_stack_) ++stacks[key.first];
+        for (auto& [key, series] : by_stack_) {
+            if (stacks[key.first] > 1) series.description += " " + key.second;
+            found_.series.push_back(std::move(series));
+        }
+        std::ranges::stable_sort(found_.series, {}, &DicomSeries::number);
+        return std::move(found_);
+    }
+
+private:
+    /// Empty for a file that is no DICOM image, and for one to be left out.
+    std::optional<DicomFile> open(const std::string& path) {
+        if (!looks_like_dicom(path)) {
+            std::error_code ignored;
+            found_.empty_files += std::filesystem::file_size(path, ignored) == 0;
+            ++found_.ignored_files;
+            return std::nullopt;
+        }
+        DicomFile file = open_dicom(path);
+        if (!file.tags.has_pixels && must_have_pixels(file.tags)) {
+            throw Error(path + " is a DICOM image without pixels: damaged or truncated");
+        }
+        if (!file.tags.has_pixels) {
+            ++found_.ignored_files;  // DICOMDIR, structure sets, reports
+            return std::nullopt;
+        }
+        if (is_localizer(file.tags)) {
+            ++found_.localizers;
+            return std::nullopt;
+        }
+        return file;
+    }
+
+    void add(const DicomTags& tags, DicomSlice slice) {
+        const std::string uid = tags.text(tag::kSeriesUid);
+        DicomSeries& series = by_stack_[{uid, stack_of(tags)}];  // anonymisers empty the UID: one series
+        series.uid = uid;
+        series.description = tags.text(tag::kSeriesDescription);
+        series.number = tags.number(tag::kSeriesNumber, 0);
+        series.slices.push_back(std::move(slice));
+    }
+
+    DicomFolder found_;
+    std::map<std::pair<std::string, std::string>, DicomSeries> by_stack_;  // by UID and stack
+};
+
+std::vector<std::string> names_in(const std::filesystem::path& folder, std::filesystem::file_type type) {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        std::error_code ignored;
+        if (entry.status(ignored).type() == type) names.push_back(entry.path().string());
+    }
+    std::ranges::sort(names);
+    return names;
+}
+
+/// ": these folders within it have DICOM files: ..."; "" where there are none.
+std::string folders_with_dicom(const std::filesystem::path& folder) {
+    std::string list;
+    for (const std::string& inner : names_in(folder, std::filesystem::file_type::directory)) {
+        const std::vector<std::string> files = names_in(inner, std::filesystem::file_type::regular);
+        const auto count = std::ranges::count_if(files, [](const std::string& file) { return looks_like_dicom(file); });
+        if (count > 0) list += "\n  " + inner + ": " + std::to_string(count) + " DICOM files";
+    }
+    return list.empty() ? list : ". These folders within it have some; give one of them" + list;
 }
 
 std::string list_of(const DicomFolder& found) {
@@ -53,134 +124,59 @@ std::string list_of(const DicomFolder& found) {
     for (std::size_t i = 0; i < found.series.size(); ++i) {
         const DicomSeries& series = found.series[i];
         list += "\n  " + std::to_string(i + 1) + ": " + (series.uid.empty() ? "(no UID)" : series.uid) + " \"" +
-                series.description + "\", " + std::to_string(series.slices.size()) + " slices";
+                series.description + "\", " + series.file_text() + (series.is_ct() ? "" : ", no CT");
     }
     return list;
 }
 
-Eigen::Vector3d normal_of(const DicomSlice& slice) { return slice.axis_x.cross(slice.axis_y); }
-
-void check_alike(const DicomSlice& slice, const DicomSlice& first) {
-    constexpr double kTolerance = 1e-3;
-    const std::string name = slice.path.string(), first_name = first.path.string();
-    if (!slice.has_place) {
-        throw Error(name +
-                    " does not say where its slice lies (ImagePositionPatient, ImageOrientationPatient, PixelSpacing)");
-    }
-    if (slice.size != first.size) {
-        throw bad_value("slice size", std::to_string(slice.size.x()) + " x " + std::to_string(slice.size.y()),
-                        "like that of " + first_name + ", " + std::to_string(first.size.x()) + " x " +
-                            std::to_string(first.size.y()),
-                        name);
-    }
-    const double turned = std::max((slice.axis_x - first.axis_x).norm(), (slice.axis_y - first.axis_y).norm());
-    if (!(turned < kTolerance))
-        throw Error("orientation of " + name + " differs from that of " + first_name + ": must be one stack");
-    if (!((slice.pitch_mm - first.pitch_mm).norm() < kTolerance)) {
-        throw Error("pixel spacing of " + name + " differs from that of " + first_name + ": must be one stack");
-    }
-}
-
-/// Even steps between neighbours are the spacing; anything else means a missing, doubled or foreign slice.
-double checked_spacing_mm(const std::vector<DicomSlice>& slices, const Eigen::Vector3d& normal) {
-    std::vector<double> gaps_mm;
-    for (std::size_t i = 1; i < slices.size(); ++i) {
-        gaps_mm.push_back(normal.dot(slices[i].position_mm - slices[i - 1].position_mm));
-    }
-    std::vector<double> sorted = gaps_mm;
-    std::ranges::sort(sorted);
-    const double usual_mm = sorted[sorted.size() / 2];
-    // Positions are rounded to 0.001 to 0.01 mm in many files.
-    const double tolerance_mm = std::max(0.01, 0.02 * usual_mm);
-    for (std::size_t i = 0; i < gaps_mm.size(); ++i) {
-        if (gaps_mm[i] > 1e-3 && std::abs(gaps_mm[i] - usual_mm) <= tolerance_mm) continue;
-        const std::string between = "between " + slices[i].path.string() + " and " + slices[i + 1].path.string();
-        if (gaps_mm[i] <= 1e-3) throw Error("two slices at the same place: " + between.substr(8));
-        const double missing = std::round(gaps_mm[i] / usual_mm) - 1;
-        const std::string guess = missing >= 1 ? " (" + number_text(missing) + " missing)" : "";
-        throw bad_value("slice gap", number_text(gaps_mm[i]) + " mm" + guess,
-                        "even, " + number_text(usual_mm) + " mm as elsewhere in the series", between);
-    }
-    const auto steps = static_cast<double>(gaps_mm.size());
-    return normal.dot(slices.back().position_mm - slices.front().position_mm) / steps;
-}
-
-/// Where the slices lie askew on their way (a tilted gantry), the third axis goes from slice to slice: square_grid.h
-/// resamples such a grid.
-void follow_tilt(const std::vector<DicomSlice>& slices, const Eigen::Vector3d& normal, VoxelGrid& grid) {
-    constexpr double kLeastCosine = 0.99999;  // 0.26 degrees
-    const Eigen::Vector3d first_mm = slices.front().position_mm;
-    const Eigen::Vector3d step_mm = (slices.back().position_mm - first_mm) / static_cast<double>(slices.size() - 1);
-    if (step_mm.normalized().dot(normal) >= kLeastCosine) return;
-    for (std::size_t i = 0; i < slices.size(); ++i) {
-        constexpr double kTolerance_mm = 0.1;  // of places rounded to 0.01 mm; a bent stack is no lattice
-        const double off_mm = (slices[i].position_mm - first_mm - static_cast<double>(i) * step_mm).norm();
-        if (off_mm <= kTolerance_mm + 0.02 * step_mm.norm()) continue;
-        throw bad_value("distance of a slice from the line of the others", number_text(off_mm) + " mm",
-                        "at most 0.1 mm and 2 % of the spacing", slices[i].path.string());
-    }
-    grid.spacing_mm.z() = step_mm.norm();
-    grid.direction.col(2) = step_mm.normalized();
-}
-
 }  // namespace
 
-DicomFolder scan_dicom_folder(const std::filesystem::path& folder) {
-    const std::vector<std::string> files = files_in(folder);
-    std::map<std::string, DicomSeries> by_uid;
-    DicomFolder found;
-    for (const std::string& file : files) {
-        const std::optional<DicomTags> tags = read_dicom_tags(file);
-        if (tags && !tags->has_pixels && must_have_pixels(tags->text(kStorageClass))) {
-            throw Error(file + " is a DICOM image without pixels: damaged or truncated");
-        }
-        if (!tags || !tags->has_pixels) {
-            ++found.ignored_files;  // other files, DICOMDIR, structure sets, reports
-            continue;
-        }
-        const std::string uid = tags->text(kSeriesUid);
-        DicomSeries& series = by_uid[uid];  // anonymisers empty the UID: such files make one series
-        series.uid = uid;
-        series.description = tags->text(kSeriesDescription);
-        series.number = tags->number(kSeriesNumber, 0);
-        series.slices.push_back(slice_of(*tags, file));
-    }
-    for (auto& [uid, series] : by_uid) found.series.push_back(std::move(series));
-    std::ranges::stable_sort(found.series, {}, &DicomSeries::number);
-    if (found.series.empty()) {
-        throw Error(folder.string() + " has no DICOM image among its " + std::to_string(files.size()) +
-                    " files: must be a file, or a folder with a DICOM series");
-    }
-    return found;
+bool DicomSeries::is_ct() const {
+    return std::ranges::any_of(slices, [](const DicomSlice& slice) { return slice.why_no_ct.empty(); });
 }
 
-const DicomSeries& choose_series(const DicomFolder& found, const std::string& choice,
-                                 const std::filesystem::path& folder) {
-    if (choice.empty()) {
-        if (found.series.size() == 1) return found.series.front();
-        throw Error(folder.string() + " holds " + std::to_string(found.series.size()) +
+std::string DicomSeries::file_text() const {
+    std::set<std::filesystem::path> files;
+    for (const DicomSlice& slice : slices) files.insert(slice.path);
+    if (files.size() == slices.size()) return std::to_string(files.size()) + " slices";
+    return std::to_string(slices.size()) + " frames of " + std::to_string(files.size()) +
+           (files.size() == 1 ? " file" : " files");
+}
+
+DicomFolder scan_dicom(const std::filesystem::path& path) {
+    const bool is_folder = std::filesystem::is_directory(path);
+    const std::vector<std::string> files =
+        is_folder ? names_in(path, std::filesystem::file_type::regular) : std::vector<std::string>{path.string()};
+    FolderScan scan;
+    for (const std::string& file : files) scan.add(file);
+    DicomFolder found = scan.take();
+    found.path = path;
+    if (!found.series.empty()) return found;
+    if (found.localizers > 0) {
+        throw Error(path.string() + " has nothing but localizers (ImageType (0008,0008)): must be the slices of a CT");
+    }
+    if (!is_folder) throw Error(path.string() + " is no DICOM image");
+    throw Error(path.string() + " has no DICOM image among its " + std::to_string(files.size()) +
+                " files: must be a file, or a folder with a DICOM series" + folders_with_dicom(path));
+}
+
+const DicomSeries& choose_series(const DicomFolder& found, const std::string& choice) {
+    std::vector<const DicomSeries*> fitting;
+    for (std::size_t i = 0; i < found.series.size(); ++i) {
+        const DicomSeries& series = found.series[i];
+        if (choice.empty() ? series.is_ct() : choice == series.uid || choice == std::to_string(i + 1)) {
+            fitting.push_back(&series);
+        }
+    }
+    if (fitting.size() == 1) return *fitting.front();
+    if (choice.empty() && found.series.size() == 1) return found.series.front();
+    if (choice.empty() || fitting.size() > 1) {
+        throw Error(found.path.string() + " holds " + std::to_string(found.series.size()) +
                     " DICOM series: choose one with --series (its number or UID)" + list_of(found));
     }
-    for (std::size_t i = 0; i < found.series.size(); ++i) {
-        if (choice == found.series[i].uid || choice == std::to_string(i + 1)) return found.series[i];
-    }
-    throw bad_value("series", choice, "a number or UID of this list" + list_of(found), folder.string());
+    throw bad_value("series", choice, "a number or UID of this list" + list_of(found), found.path.string());
 }
 
-VoxelGrid stack_slices(DicomSeries& series) {
-    const DicomSlice first = series.slices.front();
-    for (const DicomSlice& slice : series.slices) check_alike(slice, first);
-    const Eigen::Vector3d normal = normal_of(first);
-    std::ranges::stable_sort(series.slices, {}, [&](const DicomSlice& slice) { return normal.dot(slice.position_mm); });
-    VoxelGrid grid;
-    grid.size = {first.size.x(), first.size.y(), static_cast<int>(series.slices.size())};
-    // Not within Eigen's comma initialiser: its destructor asserts when an exception leaves it half filled.
-    const double spacing_z_mm = checked_spacing_mm(series.slices, normal);
-    grid.spacing_mm = {first.pitch_mm.x(), first.pitch_mm.y(), spacing_z_mm};
-    grid.origin_mm = series.slices.front().position_mm;
-    grid.direction << first.axis_x, first.axis_y, normal;
-    follow_tilt(series.slices, normal, grid);
-    return grid;
 }
 
 }  // namespace raylign::detail

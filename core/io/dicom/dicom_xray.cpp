@@ -3,6 +3,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/io/dicom/tag_numbers.h"
+
 namespace raylign::detail {
 namespace {
 
@@ -64,6 +66,14 @@ void take_dicom_intensity(const DicomTags& tags, RawXray& xray) {
     if (relation == "LOG") xray.relation = IntensityRelation::logarithmic;
     if (relation == "DISP") xray.relation = IntensityRelation::display;
     xray.relation_sign = static_cast<int>(tags.number(kSign, 0));
+    if (relation == "LOG" && tags.items.contains(tag::kLutSequence)) {
+        // What makes LOG linear again, and was applied on reading: DICOM PS3.3, C.8.7.1.1.2.
+        xray.relation = IntensityRelation::linear;
+        xray.notes.emplace_back("PixelIntensityRelationship (0028,1040) is LOG and the Modality LUT makes it LIN");
+    }
+    if (tags.items.contains(tag::kVoiLut) || tags.has(tag::kWindow)) {
+        xray.notes.emplace_back("the file's window or VOI LUT is for display: it decides nothing here");
+    }
     for (const std::uint32_t base : {kShutter, kCollimator}) {
         const std::string shapes = tags.text(base);
         if (shapes.empty()) continue;

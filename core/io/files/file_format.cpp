@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/dicom/dicom_tags.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
 
@@ -68,7 +69,7 @@ std::optional<FileFormat> format_of(const std::filesystem::path& path) {
     for (const auto& [extension, format] : kExtensions) {
         if (name.ends_with(extension)) return format;
     }
-    if (has_dicom_mark(path)) return FileFormat::dicom;
+    if (looks_like_dicom(path)) return FileFormat::dicom;
     return std::nullopt;
 }
 

@@ -2,7 +2,10 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/io/dicom/dicom_tags.h"
+#include "core/io/dicom/dicom_file.h"
+#include "core/io/dicom/functional_groups.h"
+#include "core/io/dicom/modality.h"
+#include "core/io/dicom/pixel_layout.h"
 #include "core/io/files/text.h"
 #include "core/io/geometry/dicom_orientation.h"
 #include "core/io/geometry/dicom_xray_tags.h"
@@ -25,21 +28,21 @@ struct DicomXray {
 
 class XrayReader {
 public:
-    XrayReader(const DicomTags& tags, const GeometryHints& hints, std::string where)
-        : tags_(tags), hints_(hints), where_(std::move(where)) {}
+    /// `tags`: of the frame, from 1.
+    XrayReader(const DicomTags& tags, int frame, const GeometryHints& hints, std::string where)
+        : tags_(tags), hints_(hints), where_(std::move(where)), frame_(frame) {
+        frames_ = std::max(1, static_cast<int>(tags_.number(kFrames.id, 1)));
+    }
 
     DicomXray read() {
-        check_class();
         read_size();
         read_pitch();
         read_distances();
-        read_frame_and_angles();
+        read_angles();
         read_orientation();
         read_principal_point();
         return std::move(xray_);
     }
-    [[nodiscard]] int frame() const { return frame_; }
-    [[nodiscard]] int frames() const { return frames_; }
 
 private:
     void note(const std::string& text) { xray_.assumptions.push_back(text); }
@@ -71,17 +74,6 @@ private:
                  number_text(*hint));
         }
         return hint ? hint : stated;
-    }
-
-    void check_class() const {
-        const std::string storage_class = tags_.text(kStorageClass.id);
-        for (const std::string_view enhanced : kEnhanced) {
-            if (storage_class == enhanced) {
-                throw Error(where_ +
-                            " is an enhanced XA or XRF image: its functional groups are not read; give camera, "
-                            "c_arm or another geometry file");
-            }
-        }
     }
 
     void read_size() {
@@ -166,12 +158,7 @@ private:
         return std::nullopt;
     }
 
-    void read_frame_and_angles() {
-        frames_ = std::max(1, static_cast<int>(tags_.number(kFrames.id, 1)));
-        if (hints_.item < 0 || hints_.item > frames_) {
-            throw bad_value("frame", std::to_string(hints_.item), "in [1, " + std::to_string(frames_) + "]", where_);
-        }
-        frame_ = std::max(1, hints_.item);
+    void read_angles() {
         if (frames_ > 1) note("frame " + std::to_string(frame_) + " of " + std::to_string(frames_));
         xray_.c_arm.primary_angle_deg = angle(kPrimary, kPrimaryIncrement, hints_.primary_angle_deg, 180);
         xray_.c_arm.secondary_angle_deg = angle(kSecondary, kSecondaryIncrement, hints_.secondary_angle_deg, 90);
@@ -261,17 +248,27 @@ private:
     int frame_ = 1, frames_ = 1;
 };
 
+/// The frame that the hints ask for, from 1.
+int checked_frame(const DicomFile& file, const GeometryHints& hints) {
+    const int frames = file.tags.has_pixels ? pixel_layout(file).frames : 1;
+    if (hints.item < 0 || hints.item > frames) {
+        throw bad_value("frame", std::to_string(hints.item), "in [1, " + std::to_string(frames) + "]", file.name);
+    }
+    return std::max(1, hints.item);
+}
+
 }  // namespace
 
 std::vector<GeometryView> read_dicom_geometry(const std::filesystem::path& path, const GeometryHints& hints) {
     const std::string where = path.string();
     refuse_hint(hints.detector_origin_mm.has_value(), "detector_origin_mm", "DICOM", where);
     refuse_hint(hints.unit_mm.has_value(), "unit_mm", "DICOM", where);
-    const std::optional<DicomTags> tags = read_dicom_tags(path);
-    if (!tags) throw Error(where + " is no DICOM file: its mark \"DICM\" is missing at byte 128");
-    if (tags->text(kStorageClass.id) == kRtImage) return {read_rt_image(*tags, hints, path.stem().string(), where)};
-    XrayReader reader(*tags, hints, where);
-    DicomXray xray = reader.read();
+    const DicomFile file = open_dicom(path);
+    check_is_xray(file.tags, where);
+    const int frame = checked_frame(file, hints);
+    const DicomTags tags = tags_of_frame(file.tags, frame - 1, where);
+    if (sop_class_of(tags) == kRtImage) return {read_rt_image(tags, hints, path.stem().string(), where)};
+    DicomXray xray = XrayReader(tags, frame, hints, where).read();
     const ViewGeometry arm = view_from_c_arm(xray.c_arm);
     StoredProjection stored;
     stored.size_px = xray.c_arm.size_px;
@@ -294,7 +291,7 @@ std::vector<GeometryView> read_dicom_geometry(const std::filesystem::path& path,
     }
     GeometryView view = finish_view(std::move(stored), hints, path.stem().string(), where);
     view.is_dicom = true;
-    view.frame = reader.frame();
+    view.frame = frame;
     return {view};
 }
 

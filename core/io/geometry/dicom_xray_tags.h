@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string_view>
 
@@ -31,10 +30,7 @@ inline constexpr Tag kFieldOrigin{0x00187030, "FieldOfViewOrigin (0018,7030)"};
 inline constexpr Tag kFieldRotation{0x00187032, "FieldOfViewRotation (0018,7032)"};
 inline constexpr Tag kFieldFlip{0x00187034, "FieldOfViewHorizontalFlip (0018,7034)"};
 inline constexpr Tag kPatientOrientation{0x00200020, "PatientOrientation (0020,0020)"};
-inline constexpr Tag kStorageClass{0x00080016, "SOPClassUID (0008,0016)"};
 
 inline constexpr std::string_view kRtImage = "1.2.840.10008.5.1.4.1.1.481.1";
-inline constexpr std::array<std::string_view, 2> kEnhanced = {"1.2.840.10008.5.1.4.1.1.12.1.1",
-                                                              "1.2.840.10008.5.1.4.1.1.12.2.1"};
 
 }  // namespace raylign::detail::xray

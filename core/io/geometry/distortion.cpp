@@ -186,6 +186,7 @@ Image undistorted_mask(const Image& mask, const PixelMap& map) {
 void undistort(RawXray& xray, const PixelMap& map) {
     xray.image = undistorted_image(xray.image, map);
     xray.shutter = undistorted_mask(xray.shutter, map);
+    xray.valid = undistorted_mask(xray.valid, map);
 }
 
 }  // namespace detail

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/io/dicom/dicom_tags.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
 #include "core/io/files/text_file.h"
@@ -60,7 +61,7 @@ bool is_xml(const std::filesystem::path& path) {
 
 GeometryFormat geometry_format_of(const std::filesystem::path& path) {
     detail::check_readable_file(path);
-    if (detail::has_dicom_mark(path)) return GeometryFormat::dicom;
+    if (detail::looks_like_dicom(path)) return GeometryFormat::dicom;
     if (is_xml(path)) return GeometryFormat::rtk;
     const std::vector<detail::TextLine> lines = detail::text_lines(path);
     const std::string& first = lines.front().text;

@@ -6,6 +6,9 @@
 #include "core/base/error.h"
 #include "core/io/dicom/dicom_tags.h"
 #include "core/io/dicom/dicom_xray.h"
+#include "core/io/dicom/functional_groups.h"
+#include "core/io/dicom/modality.h"
+#include "core/io/dicom/pixel_layout.h"
 #include "core/io/files/text.h"
 #include "core/io/images/png.h"
 #include "core/io/images/raster.h"
@@ -47,6 +50,7 @@ void check_frame(const Raster& raster, int frame, const std::filesystem::path& p
 /// Largest value that the detector could give: of the bits the file says it used, else of the pixel type.
 double max_representable(const Raster& raster) {
     if (!detail::is_integer(raster.type)) return 0;
+    if (raster.largest > 0) return raster.largest;
     if (raster.bits_stored > 0) return std::ldexp(1.0, raster.bits_stored) - 1;
     return detail::with_pixels(raster, [](const auto* pixels) {
         return static_cast<double>(std::numeric_limits<std::remove_cvref_t<decltype(*pixels)>>::max());
@@ -72,23 +76,42 @@ void set_bytes(Raster& raster, const std::vector<T>& values) {
 
 std::optional<detail::DicomTags> tags_of(const Raster& raster, const std::filesystem::path& path) {
     if (raster.format != detail::FileFormat::dicom) return std::nullopt;
-    return detail::read_dicom_tags(path);
+    auto tags = detail::read_dicom_tags(path);
+    if (tags) detail::check_is_xray(*tags, path.string());
+    return tags;
 }
 
-RawXray frame_of(const Raster& raster, const std::optional<detail::DicomTags>& tags, int frame) {
+void take_padding(const Raster& raster, std::size_t first, RawXray& xray) {
+    if (raster.is_padding.empty()) return;
+    xray.valid = Image(xray.image.width, xray.image.height, 1);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < xray.valid.pixels.size(); ++i) {
+        if (!raster.is_padding[first + i]) continue;
+        xray.valid.pixels[i] = 0;
+        ++count;
+    }
+    if (count > 0) {
+        xray.notes.push_back(std::to_string(count) + " pixels have PixelPaddingValue (0028,0120) and are left out");
+    }
+}
+
+RawXray frame_of(const Raster& raster, const std::optional<detail::DicomTags>& tags, int frame,
+                 const std::filesystem::path& path) {
     RawXray xray;
     xray.image = Image(raster.size[0], raster.size[1]);
     const std::size_t count = xray.image.pixels.size(), first = count * static_cast<std::size_t>(frame);
     detail::with_pixels(raster, [&](const auto* pixels) {
         for (std::size_t i = 0; i < count; ++i) {
-            xray.image.pixels[i] = static_cast<float>(raster.file_value(static_cast<double>(pixels[first + i])));
+            xray.image.pixels[i] = static_cast<float>(static_cast<double>(pixels[first + i]));
         }
     });
     xray.integer_pixels = detail::is_integer(raster.type);
     xray.max_representable = max_representable(raster);
     xray.monochrome1 = raster.white_is_zero;
+    xray.shown_dark_by = raster.shown_dark_by;
     xray.notes = raster.notes;
-    if (tags) detail::take_dicom_intensity(*tags, xray);
+    take_padding(raster, first, xray);
+    if (tags) detail::take_dicom_intensity(detail::tags_of_frame(*tags, frame, path.string()), xray);
     return xray;
 }
 
@@ -99,7 +122,7 @@ RawXray read_xray(const std::filesystem::path& path, int frame) {
         check_image(header, path);
         check_frame(header, frame, path);
     });
-    return frame_of(raster, tags_of(raster, path), std::max(0, frame - 1));
+    return frame_of(raster, tags_of(raster, path), std::max(0, frame - 1), path);
 }
 
 struct XrayFile::Contents {
@@ -123,7 +146,7 @@ RawXray XrayFile::frame(int number) const {
         throw bad_value("frame", std::to_string(number), "in [1, " + std::to_string(frame_count()) + "]",
                         contents_->path.string());
     }
-    return frame_of(contents_->raster, contents_->tags, number - 1);
+    return frame_of(contents_->raster, contents_->tags, number - 1, contents_->path);
 }
 
 Eigen::Vector2i xray_size_px(const std::filesystem::path& path) {
@@ -142,11 +165,9 @@ Eigen::Vector2i xray_size_px(const std::filesystem::path& path) {
 }
 
 int xray_frame_count(const std::filesystem::path& path) {
-    constexpr std::uint32_t kFrames = 0x00280008;
     detail::check_readable_file(path);
     if (detail::format_of(path) == detail::FileFormat::dicom) {
-        const std::optional<detail::DicomTags> tags = detail::read_dicom_tags(path);
-        if (tags) return std::max(1, static_cast<int>(tags->number(kFrames, 1)));
+        return detail::pixel_layout(detail::open_dicom(path)).frames;
     }
     return frames_of(detail::read_raster(path, [&](const Raster& header) { check_image(header, path); }));
 }

@@ -2,9 +2,7 @@
 
 #include "core/io/files/one_eigen.h"
 
-#include <itkGDCMImageIO.h>
 #include <itkImageIOBase.h>
-#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
@@ -12,16 +10,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <new>
 #include <stdexcept>
 #include <utility>
 
-#include "core/io/dicom/dicom_tags.h"
+#include "core/io/dicom/dicom_raster.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
 #include "core/io/images/headered_file.h"
-#include "core/io/images/image_checks.h"
 #include "core/io/images/jpeg_file.h"
 #include "core/io/images/png_file.h"
 #include "core/io/images/quiet_itk.h"
@@ -43,63 +39,13 @@ ImageIOBase::Pointer make_image_io(FileFormat format) {
             return itk::NrrdImageIO::New().GetPointer();
         case FileFormat::png:
             return itk::PNGImageIO::New().GetPointer();
-        case FileFormat::dicom:
-            return itk::GDCMImageIO::New().GetPointer();
         default:
-            break;  // TIFF and JPEG: not through ITK
+            break;  // DICOM, TIFF and JPEG: not through ITK
     }
-    throw Error("no ITK reader for " + format_name(format));
-}
-
-template <typename T>
-constexpr PixelType integer_type() {
-    constexpr bool is_signed = std::numeric_limits<T>::is_signed;
-    switch (sizeof(T)) {
-        case 1:
-            return is_signed ? PixelType::i8 : PixelType::u8;
-        case 2:
-            return is_signed ? PixelType::i16 : PixelType::u16;
-        case 4:
-            return is_signed ? PixelType::i32 : PixelType::u32;
-        default:
-            return is_signed ? PixelType::i64 : PixelType::u64;
-    }
+    throw Error("no writer for " + format_name(format));
 }
 
 using Component = itk::IOComponentEnum;
-
-PixelType pixel_type(Component component, const std::filesystem::path& path) {
-    switch (component) {
-        case Component::UCHAR:
-            return PixelType::u8;
-        case Component::CHAR:
-            return PixelType::i8;
-        case Component::USHORT:
-            return PixelType::u16;
-        case Component::SHORT:
-            return PixelType::i16;
-        case Component::UINT:
-            return PixelType::u32;
-        case Component::INT:
-            return PixelType::i32;
-        case Component::ULONG:
-            return integer_type<unsigned long>();
-        case Component::LONG:
-            return integer_type<long>();
-        case Component::ULONGLONG:
-            return PixelType::u64;
-        case Component::LONGLONG:
-            return PixelType::i64;
-        case Component::FLOAT:
-            return PixelType::f32;
-        case Component::DOUBLE:
-            return PixelType::f64;
-        default:
-            break;
-    }
-    throw bad_value("pixel type", ImageIOBase::GetComponentTypeAsString(component),
-                    "integers or floats of 8 to 64 bits", path.string());
-}
 
 Component component_of(PixelType type) {
     switch (type) {
@@ -127,79 +73,10 @@ Component component_of(PixelType type) {
     return Component::UNKNOWNCOMPONENTTYPE;
 }
 
-void take_dicom_tags(const ImageIOBase& io, Raster& raster) {
-    std::string text;
-    const itk::MetaDataDictionary& tags = io.GetMetaDataDictionary();
-    const auto number = [&](const char* tag, double otherwise) {
-        return itk::ExposeMetaData(tags, tag, text) ? number_from(text).value_or(otherwise) : otherwise;
-    };
-    raster.bits_stored = static_cast<int>(number("0028|0101", 0));
-    if (!itk::ExposeMetaData(tags, "0028|0004", text) || trimmed(text) != "MONOCHROME1") return;
-    // GDCMImageIO turns MONOCHROME1 upside down: it stores 2^bits - 1 - pixel, then applies slope and intercept.
-    raster.white_is_zero = true;
-    raster.inverted_sum =
-        number("0028|1053", 1) * (std::ldexp(1.0, raster.bits_stored) - 1) + 2 * number("0028|1052", 0);
-}
-
-Raster header_of(const ImageIOBase& io, FileFormat format, const std::filesystem::path& path) {
-    Raster raster;
-    raster.format = format;
-    const unsigned dimensions = io.GetNumberOfDimensions();
-    raster.direction.resize(dimensions, dimensions);
-    for (unsigned axis = 0; axis < dimensions; ++axis) {
-        if (io.GetDimensions(axis) < 1 || io.GetDimensions(axis) > std::numeric_limits<int>::max()) {
-            throw bad_value("size along axis " + std::to_string(axis), std::to_string(io.GetDimensions(axis)),
-                            "in [1, 2147483647]", path.string());
-        }
-        raster.size.push_back(static_cast<int>(io.GetDimensions(axis)));
-        raster.spacing_mm.push_back(io.GetSpacing(axis));
-        raster.origin_mm.push_back(io.GetOrigin(axis));
-        for (unsigned row = 0; row < dimensions; ++row) raster.direction(row, axis) = io.GetDirection(axis)[row];
-    }
-    raster.type = pixel_type(io.GetComponentType(), path);
-    raster.components = static_cast<int>(io.GetNumberOfComponents());
-    if (format == FileFormat::dicom) take_dicom_tags(io, raster);
-    return raster;
-}
-
-/// A damaged header may ask for any amount of memory. Packed pixels of a PNG cannot be 1032 times smaller (deflate's
-/// limit); DICOM's own compressions are held to the absolute limit only.
-void check_bytes(const Raster& raster, const std::filesystem::path& path) {
-    constexpr double kLargest = 1e12, kDeflateLimit = 1100;
-    const double needed = stated_bytes(raster);
-    const auto file_bytes = static_cast<double>(std::filesystem::file_size(path));
-    const bool is_png = raster.format == FileFormat::png;
-    if (needed <= (is_png ? std::min(kLargest, kDeflateLimit * file_bytes) : kLargest)) return;
-    throw std::runtime_error("its header states " + size_text(raster.size) + " pixels, " + number_text(needed) +
-                             " bytes, and the file has " + number_text(file_bytes));
-}
-
 void set_whole_region(ImageIOBase& io) {
     itk::ImageIORegion region(io.GetNumberOfDimensions());
     for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) region.SetSize(axis, io.GetDimensions(axis));
     io.SetIORegion(region);
-}
-
-/// PNG and DICOM.
-Raster read_with_itk(const std::filesystem::path& path, FileFormat format,
-                     const std::function<void(const Raster&)>& check) {
-    if (format == FileFormat::dicom) {
-        const std::optional<DicomTags> tags = read_dicom_tags(path);
-        if (!tags) throw std::runtime_error("DICOM's mark \"DICM\" is missing at byte 128");
-        if (!tags->has_pixels) throw std::runtime_error("it has no pixels");
-    }
-    const ImageIOBase::Pointer io = make_image_io(format);
-    const QuietItk quiet;
-    if (!io->CanReadFile(path.c_str())) throw std::runtime_error("it does not begin like one");
-    io->SetFileName(path.string());
-    io->ReadImageInformation();
-    Raster raster = header_of(*io, format, path);
-    if (check) check(raster);
-    check_bytes(raster, path);
-    raster.bytes.resize(raster.pixel_count() * static_cast<std::size_t>(raster.components) * bytes_of(raster.type));
-    set_whole_region(*io);
-    io->Read(raster.bytes.data());
-    return raster;
 }
 
 Raster read_as(FileFormat format, const std::filesystem::path& path, const std::function<void(const Raster&)>& check) {
@@ -214,9 +91,10 @@ Raster read_as(FileFormat format, const std::filesystem::path& path, const std::
             return read_png(path, check);
         case FileFormat::jpeg:
             return read_jpeg(path, check);
-        default:
-            return read_with_itk(path, format, check);
+        case FileFormat::dicom:
+            return read_dicom(path, check);
     }
+    throw Error(path.string() + ": no reader for " + format_name(format));
 }
 
 void write_with_itk(const std::filesystem::path& path, const Raster& raster) {

@@ -29,16 +29,17 @@ struct Raster {
     Eigen::MatrixXd direction;  ///< columns: unit axes, not always at right angles
     PixelType type = PixelType::u8;
     int components = 1;              ///< numbers per pixel: 3 for RGB
-    bool white_is_zero = false;      ///< TIFF WhiteIsZero, DICOM MONOCHROME1
+    bool white_is_zero = false;      ///< TIFF WhiteIsZero, DICOM MONOCHROME1 or INVERSE
+    std::string shown_dark_by;       ///< DICOM: the tags that white_is_zero comes from
     int bits_stored = 0;             ///< of integers; 0 where the file does not say
-    double inverted_sum = 0;         ///< not 0: the reader inverted the pixels, the file's are inverted_sum - pixel
+    double largest = 0;              ///< pixel that the detector could give; 0: what bits_stored holds
+    std::vector<bool> is_padding;    ///< DICOM: pixels that are no image; empty = none
     std::vector<std::byte> bytes;    ///< x fastest
-    std::vector<std::string> notes;  ///< what was decided on reading a volume: units, scaling, which place counts
+    std::vector<std::string> notes;  ///< what was decided on reading: units, scaling, which place counts
     std::string no_place;            ///< why a volume cannot lie where its header says; "" = it can
     LabelNames label_names;          ///< of a label map whose file names its labels
 
     [[nodiscard]] std::size_t pixel_count() const;
-    [[nodiscard]] double file_value(double pixel) const { return inverted_sum == 0 ? pixel : inverted_sum - pixel; }
 };
 
 /// Sets the size and, until the header says more, spacing 1, origin 0 and the axes of the frame.

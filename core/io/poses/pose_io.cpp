@@ -1,11 +1,13 @@
 #include "raylign/io/pose.h"
 
 #include "core/base/error.h"
+#include "core/io/dicom/dicom_tags.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/output.h"
 #include "core/io/files/text.h"
 #include "core/io/poses/itk_transform.h"
+#include "core/io/poses/spatial_registration.h"
 #include "raylign/io/trajectory.h"
 
 namespace raylign {
@@ -51,8 +53,10 @@ RigidTransform only_pose(const std::filesystem::path& path) {
 
 }  // namespace
 
-RigidTransform read_pose(const std::filesystem::path& path) {
+RigidTransform read_pose(const std::filesystem::path& path, const std::filesystem::path& ct) {
     detail::check_readable_file(path);
+    const bool is_ct_dicom = !ct.empty() && detail::looks_like_dicom(ct);
+    if (detail::looks_like_dicom(path)) return detail::read_spatial_registration(path, is_ct_dicom ? ct : "");
     const std::string extension = detail::lower_case(path.extension().string());
     if (extension == ".json") return pose_from_json(path);
     if (extension == ".tfm" || extension == ".txt") {
@@ -62,14 +66,20 @@ RigidTransform read_pose(const std::filesystem::path& path) {
         return inverse(detail::rigid_from_transforms(detail::read_hdf5_transforms(path), path.string()));
     }
     if (extension == ".jts" || extension == ".jtak" || extension == ".jta") return only_pose(path);
-    throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5, .hdf5, .jts, .jtak or .jta",
+    throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5, .hdf5, .dcm, .jts, .jtak or .jta",
                     path.string());
 }
 
-void write_pose(const std::filesystem::path& path, const RigidTransform& world_from_ct) {
+void write_pose(const std::filesystem::path& path, const RigidTransform& world_from_ct,
+                const std::filesystem::path& ct) {
     const std::string extension = detail::lower_case(path.extension().string());
+    if (extension == ".dcm") {
+        if (ct.empty()) throw Error(path.string() + ": a DICOM pose needs the DICOM CT that it belongs to");
+        write_text(path, detail::spatial_registration(world_from_ct, ct));
+        return;
+    }
     if (extension != ".json" && extension != ".tfm" && extension != ".txt") {
-        throw bad_value("format of the pose", extension, ".json, .tfm or .txt", path.string());
+        throw bad_value("format of the pose", extension, ".json, .tfm, .txt or .dcm", path.string());
     }
     write_text(path, extension == ".json" ? json_text_of(world_from_ct) : itk_text(inverse(world_from_ct)));
 }

@@ -126,7 +126,7 @@ InstantReader::InstantReader(ViewsFile views)
 View InstantReader::make_view(std::size_t view, const FrameFile& file, RawXray raw) {
     View result = views_.views[view];  // without an image; its weights are the mask
     ViewOrigin& origin = views_.origins[view];
-    for (Image* image : {&raw.image, &raw.shutter}) detail::flip_image(*image, origin.flip);
+    for (Image* image : {&raw.image, &raw.shutter, &raw.valid}) detail::flip_image(*image, origin.flip);
     if (maps_[view]) undistort(raw, *maps_[view]);
     if (is_blank(raw.image, result.weights)) return result;
     XrayConversion converted = line_integral_from_xray(raw, result.weights, origin.intensity, name_of(file));

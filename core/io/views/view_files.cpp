@@ -74,7 +74,8 @@ void append_view(const std::string& name, const GeometryView& geometry, ViewPixe
     const Eigen::Vector2i size_px = geometry.geometry.camera.size_px;
     check_size("image", pixels.xray.image, size_px, files.image, where);
     check_size("mask", pixels.mask, size_px, files.mask, where);
-    for (Image* image : {&pixels.xray.image, &pixels.xray.shutter, &pixels.mask}) flip_image(*image, geometry.flip);
+    for (Image* image : {&pixels.xray.image, &pixels.xray.shutter, &pixels.xray.valid, &pixels.mask})
+        flip_image(*image, geometry.flip);
     if (geometry.distortion && !(pixels.xray.image.empty() && pixels.mask.empty())) {
         const PixelMap map = undistortion_map(geometry.geometry.camera, *geometry.distortion);
         undistort(pixels.xray, map);

@@ -7,6 +7,8 @@
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/io/dicom/dicom_series.h"
+#include "core/io/dicom/dicom_stack.h"
+#include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
 #include "core/io/images/raster.h"
 #include "core/io/volumes/label_map.h"
@@ -36,7 +38,22 @@ public:
     void append(const Raster& raster, const std::filesystem::path& path) {
         detail::with_pixels(raster, [&](const auto* pixels) {
             for (std::size_t i = 0; i < raster.pixel_count(); ++i) {
-                append(raster.file_value(static_cast<double>(pixels[i])), path);
+                append(static_cast<double>(pixels[i]), path);
+            }
+        });
+    }
+    /// Appends one plane of several; padding is air.
+    void append_plane(const Raster& raster, int plane, const std::filesystem::path& path) {
+        const auto count = static_cast<std::size_t>(raster.size[0]) * static_cast<std::size_t>(raster.size[1]);
+        const std::size_t first = count * static_cast<std::size_t>(plane);
+        detail::with_pixels(raster, [&](const auto* pixels) {
+            for (std::size_t i = first; i < first + count; ++i) {
+                if (!raster.is_padding.empty() && raster.is_padding[i]) {
+                    ++padding_;
+                    voxels_.push_back(0);
+                } else {
+                    append(static_cast<double>(pixels[i]), path);
+                }
             }
         });
     }
@@ -73,7 +90,7 @@ private:
     VoxelGrid grid_;
     std::vector<float> voxels_;
     double lowest_ = std::numeric_limits<double>::infinity(), highest_ = -lowest_;
-    std::size_t air_ = 0;
+    std::size_t air_ = 0, padding_ = 0;
 };
 
 void Converter::check_unit(detail::FileFormat format, const std::filesystem::path& path) const {
@@ -92,6 +109,9 @@ void Converter::check_unit(detail::FileFormat format, const std::filesystem::pat
 }
 
 void Converter::describe(detail::PixelType type, std::vector<std::string>& notes) const {
+    if (padding_ > 0) {
+        notes.push_back(std::to_string(padding_) + " voxels have PixelPaddingValue (0028,0120) and became air");
+    }
     const std::string range = number_text(lowest_) + " to " + number_text(highest_);
     if (options_.is_attenuation) {
         notes.push_back("voxels (" + range + ") are taken as linear attenuation in 1/mm");
@@ -113,13 +133,7 @@ void check_volume(const Raster& raster, const std::filesystem::path& path) {
     if (raster.components != 1) {
         throw bad_value("numbers per voxel", std::to_string(raster.components), "1 (a scalar volume)", path.string());
     }
-    const bool is_slice = raster.size.size() < 3 || (raster.format == detail::FileFormat::dicom && raster.size[2] == 1);
-    if (is_slice) {
-        throw bad_value("size", size,
-                        std::string("3-D (this is a 2-D image") +
-                            (raster.format == detail::FileFormat::dicom ? "; for a series give its folder)" : ")"),
-                        path.string());
-    }
+    if (raster.size.size() < 3) throw bad_value("size", size, "3-D (this is a 2-D image)", path.string());
     for (std::size_t axis = 3; axis < raster.size.size(); ++axis) {
         if (raster.size[axis] > 1) throw bad_value("size", size, "3-D, one time point", path.string());
     }
@@ -180,40 +194,36 @@ VolumeFile read_file(const std::filesystem::path& path, const VolumeReadOptions&
     return file;
 }
 
-VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOptions& options) {
-    const detail::DicomFolder found = detail::scan_dicom_folder(folder);
-    detail::DicomSeries series = detail::choose_series(found, options.series, folder);
-    if (options.spacing_mm)
-        throw Error(folder.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
-    VolumeFile file;
-    file.notes.push_back("DICOM series " + series.uid + " \"" + series.description + "\", " +
-                         std::to_string(series.slices.size()) + " files");
-    if (found.ignored_files > 0) {
-        file.notes.push_back(std::to_string(found.ignored_files) +
-                             " files of the folder are no DICOM images and were ignored");
-    }
-    if (series.slices.size() == 1) {  // one multi-frame file, or an error that says what is wrong with one slice
-        VolumeFile single = read_file(series.slices.front().path, options);
-        single.notes.insert(single.notes.begin(), file.notes.begin(), file.notes.end());
-        return single;
-    }
-    VoxelGrid grid = detail::stack_slices(series);
-    check_and_square(grid, folder.string(), file.notes);
-    Converter converter(options, grid);
-    detail::PixelType type = detail::PixelType::i16;
+/// Reads the slices in their order; a file of many frames once.
+detail::PixelType append_slices(const detail::DicomSeries& series, Converter& converter, VolumeFile& file) {
+    Raster raster;
+    std::filesystem::path at;
     for (const detail::DicomSlice& slice : series.slices) {
-        const Raster raster = detail::read_raster(slice.path);
-        const auto plane = static_cast<std::size_t>(grid.size.x()) * static_cast<std::size_t>(grid.size.y());
-        if (raster.pixel_count() != plane || raster.components != 1) {
-            throw bad_value("slice",
-                            detail::size_text(raster.size) + ", " + std::to_string(raster.components) + " components",
-                            "one grey plane as its tags say", slice.path.string());
+        if (at != slice.path) {
+            at = slice.path;
+            raster = detail::read_raster(slice.path);
+            if (file.files.empty()) file.notes.insert(file.notes.end(), raster.notes.begin(), raster.notes.end());
+            if (std::ranges::find(file.files, slice.path) == file.files.end()) file.files.push_back(slice.path);
         }
-        converter.append(raster, slice.path);
-        type = raster.type;
-        file.files.push_back(slice.path);
+        converter.append_plane(raster, slice.frame, slice.path);
     }
-    converter.check_unit(detail::FileFormat::dicom, folder);
+    return raster.type;
+}
+
+VolumeFile read_dicom_volume(const std::filesystem::path& path, const VolumeReadOptions& options) {
+    const detail::DicomFolder found = detail::scan_dicom(path);
+    detail::DicomSeries series = detail::choose_series(found, options.series);
+    if (options.spacing_mm)
+        throw Error(path.string() + " states its own spacing: --spacing must be left out (it is for TIFF)");
+    VolumeFile file;
+    file.notes = detail::folder_notes(found, series);
+    const std::vector<std::string> value_notes = detail::check_values(series);
+    file.notes.insert(file.notes.end(), value_notes.begin(), value_notes.end());
+    VoxelGrid grid = detail::stack_slices(series);
+    check_and_square(grid, path.string(), file.notes);
+    Converter converter(options, grid);
+    const detail::PixelType type = append_slices(series, converter, file);
+    converter.check_unit(detail::FileFormat::dicom, path);
     converter.describe(type, file.notes);
     file.volume = converter.take();
     on_square_grid(file.volume, file.notes);
@@ -225,17 +235,21 @@ VolumeFile read_series(const std::filesystem::path& folder, const VolumeReadOpti
 VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOptions& options) {
     if (!options.hu_preset.empty()) (void)hu_preset(options.hu_preset);  // a wrong name is an error in any case
     const bool is_folder = std::filesystem::is_directory(path);
-    if (!is_folder && !options.series.empty()) {
-        throw Error(path.string() + " is no folder: --series chooses within a DICOM folder");
+    if (!is_folder) detail::check_readable_file(path);
+    const bool is_dicom = is_folder || detail::format_of(path) == detail::FileFormat::dicom;
+    if (!is_dicom && !options.series.empty()) {
+        throw Error(path.string() + " is no DICOM: --series chooses within a DICOM folder or file");
     }
-    VolumeFile file = is_folder ? read_series(path, options) : read_file(path, options);
+    VolumeFile file = is_dicom ? read_dicom_volume(path, options) : read_file(path, options);
     file.file_grid = file.volume.grid;
     if (!options.object.is_whole()) detail::keep_object(options, file);
     return file;
 }
 
 VoxelGrid detail::read_volume_grid(const std::filesystem::path& path, const VolumeReadOptions& options) {
-    if (std::filesystem::is_directory(path)) return read_series(path, options).volume.grid;
+    if (std::filesystem::is_directory(path) || format_of(path) == FileFormat::dicom) {
+        return read_dicom_volume(path, options).volume.grid;
+    }
     VoxelGrid grid;
     (void)read_raster(path, [&](const Raster& header) {
         check_volume(header, path);
@@ -253,7 +267,10 @@ namespace detail {
 
 LabelMapFile read_label_map_file(const std::filesystem::path& path, const VoxelGrid& like) {
     VolumeReadOptions options;
-    Raster raster = read_raster(path, [&](const Raster& header) { check_volume(header, path); });
+    check_readable_file(path);
+    const bool is_dicom = format_of(path) == FileFormat::dicom;
+    Raster raster = is_dicom ? read_dicom_stack(path)
+                             : read_raster(path, [&](const Raster& header) { check_volume(header, path); });
     if (raster.format == FileFormat::tiff) {
         options.spacing_mm = like.spacing_mm;
         if (Eigen::Vector3i(raster.size[0], raster.size[1], raster.size[2]) != like.size) {

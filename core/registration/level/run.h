@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <optional>
+#include <string>
 
 #include "core/registration/object/resident_volume.h"
 #include "raylign/registration.h"
@@ -26,6 +27,8 @@ struct Run {
     RegistrationResult result{};
     /// Cost of the finest level before the fine filter and the weights that finish it: noise alone raises those.
     std::optional<double> explained_cost{};
+    /// Why the images and not the pose must be wrong; a part was not sought then.
+    std::optional<std::string> suspicion{};
     Clock::time_point begin = Clock::now();
     double total_work = 1, done_work = 0;  ///< in units of level_work
     int level_count = 1;                   ///< planned so far

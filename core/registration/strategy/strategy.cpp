@@ -5,6 +5,7 @@
 #include "core/registration/policy.h"
 #include "core/registration/strategy/descent.h"
 #include "core/registration/strategy/part_search.h"
+#include "core/registration/strategy/reversed_contrast.h"
 #include "core/registration/strategy/whole_search.h"
 
 namespace raylign::detail {
@@ -84,7 +85,9 @@ void find_pose(Run& run) {
     run.result.world_from_ct = run.start;
     const Content wanted = run.options.content;
     find_pose_as(run, wanted == Content::part ? Content::part : Content::whole, StartCheck::overlap);
-    if (wanted == Content::automatic && !(unexplained(run) < kWeakCost)) try_as_part(run);
+    if (wanted != Content::automatic || unexplained(run) < kWeakCost) return;
+    if (run.options.suspect_mirrored) run.suspicion = reversed_contrast(run);
+    if (!run.suspicion) try_as_part(run);
 }
 
 }  // namespace raylign::detail

@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 
 #include "io_files.h"
-#include "raylign/io/image.h"
 #include "raylign/io/volume.h"
 
 namespace raylign::detail {
@@ -145,7 +144,6 @@ TEST_F(Dicom, SliceCutOffAnywhereIsRefused) {
     for (std::size_t length = 132; length < whole.size(); ++length) {
         (void)write("1.2.3.1_98", whole.substr(0, length));
         ASSERT_THAT(error_of([&] { (void)read_volume(folder_); }), HasSubstr("1.2.3.1_98")) << length;
-        ASSERT_THAT(error_of([&] { (void)read_xray(at("1.2.3.1_98")); }), HasSubstr("1.2.3.1_98")) << length;
     }
 }
 
@@ -163,15 +161,6 @@ TEST_F(Dicom, SlicesWithoutSeriesUidMakeOneSeries) {
 TEST_F(Dicom, OneSliceIsNoVolume) {
     write_series({0});
     EXPECT_THAT(error_of([&] { (void)read_volume(folder_); }), AllOf(HasSubstr("3 x 2 x 1"), HasSubstr("3-D")));
-}
-
-TEST_F(Dicom, XrayKeepsBitsAndPhotometricInterpretation) {
-    const DicomBytes dicom{.photometric = "MONOCHROME1", .intercept = "0"};
-    const RawXray xray = read_xray(write("x.dcm", dicom.with({0, 1, 2, 3, 4, 4095})));
-    EXPECT_EQ(xray.image.pixels, (std::vector<float>{0, 1, 2, 3, 4, 4095}));
-    EXPECT_TRUE(xray.integer_pixels);
-    EXPECT_TRUE(xray.monochrome1);
-    EXPECT_EQ(xray.max_representable, 4095);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "dicom_files.h"
 #include "io_files.h"
 
 namespace raylign::detail {
@@ -135,6 +136,55 @@ TEST_F(PoseIo, BadJsonPosesNameTheKey) {
 TEST_F(PoseIo, OtherExtensionsAreRefusedOnWriting) {
     EXPECT_THAT(error_of([&] { write_pose(at("pose.xml"), some_pose()); }),
                 AllOf(HasSubstr(".xml"), HasSubstr(".tfm")));
+}
+
+TEST_F(PoseIo, SpatialRegistrationReadsBackAndMapsTheCtToTheWorld) {
+    const auto ct = write("ct.dcm", test::ct_slice(0).set(0x00200052, "UI", "1.2.9").bytes());
+    write_pose(at("pose.dcm"), some_pose(), ct);
+    constexpr double kDicomDigits = 1e-10;  // numbers of at most 16 characters
+    EXPECT_LT(difference(read_pose(at("pose.dcm"), ct), some_pose()), kDicomDigits);
+    EXPECT_LT(difference(read_pose(at("pose.dcm")), some_pose()), kDicomDigits);
+    EXPECT_THAT(test::content_of(at("pose.dcm")), AllOf(HasSubstr("1.2.840.10008.5.1.4.1.1.66.1"), HasSubstr("RIGID"),
+                                                        HasSubstr("1.2.9"), HasSubstr("REG")));
+}
+
+/// Another program's object: the matrix maps frame 1.2.7 to the object's, 1.2.8.
+test::DicomBuilder foreign_registration(const std::string& type, const std::string& matrix) {
+    test::DicomBuilder inner, registration, item, file;
+    inner.set(0x0070030c, "CS", type).set(0x300600c6, "DS", matrix);
+    registration.set(0x0070030a, "SQ", test::sequence_of({inner}));
+    item.set(0x00200052, "UI", "1.2.7").set(0x00700309, "SQ", test::sequence_of({registration}));
+    file.set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.66.1").set(0x00200052, "UI", "1.2.8");
+    return file.set(0x00700308, "SQ", test::sequence_of({item}));
+}
+
+TEST_F(PoseIo, FramesOfReferenceDecideTheDirectionOfASpatialRegistration) {
+    const std::string shift = "1\\0\\0\\5\\0\\1\\0\\6\\0\\0\\1\\7\\0\\0\\0\\1";
+    const auto path = write("r.dcm", foreign_registration("RIGID", shift).bytes());
+    const auto ct_of = [&](const char* frame) {
+        return write("ct.dcm", test::ct_slice(0).set(0x00200052, "UI", frame).bytes());
+    };
+    const Eigen::Vector3d shift_mm(5, 6, 7);
+    EXPECT_EQ(read_pose(path, ct_of("1.2.7")).translation_mm, shift_mm);
+    EXPECT_EQ(read_pose(path, ct_of("1.2.8")).translation_mm, -shift_mm);
+    EXPECT_EQ(read_pose(path, write("ct.nii", "no DICOM")).translation_mm, shift_mm);
+    EXPECT_THAT(error_of([&] { (void)read_pose(path, ct_of("1.2.6")); }),
+                AllOf(HasSubstr("1.2.7"), HasSubstr("1.2.8"), HasSubstr("1.2.6")));
+}
+
+TEST_F(PoseIo, SpatialRegistrationsThatAreNoPoseAreRefused) {
+    const auto problem = [&](const test::DicomBuilder& file) {
+        return error_of([&] { (void)read_pose(write("r.dcm", file.bytes())); });
+    };
+    const std::string unit = "1\\0\\0\\0\\0\\1\\0\\0\\0\\0\\1\\0\\0\\0\\0\\1";
+    EXPECT_THAT(problem(foreign_registration("AFFINE", unit)), HasSubstr("= AFFINE in "));
+    EXPECT_THAT(problem(foreign_registration("RIGID", "1\\2")), HasSubstr("16 finite numbers"));
+    EXPECT_THAT(problem(foreign_registration("RIGID", "2" + unit.substr(1))), HasSubstr("r.dcm"));
+    EXPECT_THAT(problem(test::ct_slice(0)), HasSubstr("SOPClassUID (0008,0016) = 1.2.840.10008.5.1.4.1.1.2"));
+    test::DicomBuilder none = foreign_registration("RIGID", unit).erase(0x00700308);
+    EXPECT_THAT(problem(none), HasSubstr("registered frames of reference = 0"));
+    EXPECT_THAT(error_of([&] { write_pose(at("p.dcm"), some_pose(), write("ct.dcm", test::ct_slice(0).bytes())); }),
+                HasSubstr("FrameOfReferenceUID (0020,0052) is missing"));
 }
 
 }  // namespace

@@ -1,0 +1,42 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "raylign/io/pose.h"
+#include "tests/apps/run_program.h"
+#include "tests/support/test_data.h"
+
+namespace raylign::detail::test {
+namespace {
+
+using testing::Contains;
+
+constexpr const char* kViews = R"({ "raylign": 1, "views": [
+    { "name": "AP", "c_arm": { "sad_mm": 1000, "sdd_mm": 1500, "primary_angle_deg": 0, "secondary_angle_deg": 0,
+                               "pixel_pitch_mm": [12, 12], "size_px": [64, 32] } },
+    { "name": "LAT", "c_arm": { "sad_mm": 1000, "sdd_mm": 1500, "primary_angle_deg": 60, "secondary_angle_deg": 0,
+                                "pixel_pitch_mm": [12, 12], "size_px": [64, 32] } } ] })";
+
+/// The pose that a DICOM CT was registered to is its start the next time.
+TEST(DicomRegister, LeavesAPoseInDicomThatIsAStart) {
+    const auto ct = test_data() / "pelvis" / "dicom";
+    RAYLIGN_NEED_DATA(ct);
+    const TestFolder folder;
+    write_text_file(folder.path("views.json"), kViews);
+    write_pose(folder.path("truth.json"), RigidTransform::translate({0, 188, 785}));
+    const auto run = [&](const std::string& command, const std::string& pose_flag, const std::string& pose,
+                         const std::string& views, const std::string& output) {
+        return run_raylign({command, "-v", ct.string(), "--views", folder.path(views), pose_flag, folder.path(pose),
+                            "-o", folder.path(output)});
+    };
+    ASSERT_EQ(run("drr", "--pose", "truth.json", "views.json", "xrays").exit_code, 0);
+    ASSERT_LE(run("register", "--start", "truth.json", "xrays/views.json", "first").exit_code, 1);
+    EXPECT_THAT(names_in(folder.folder() / "first"), Contains("pose.dcm"));
+    const RigidTransform found = read_pose(folder.path("first/pose.json"));
+    const RigidTransform in_dicom = read_pose(folder.path("first/pose.dcm"), ct / names_in(ct).front());
+    constexpr double kDicomDigits = 1e-9;  // numbers of at most 16 characters
+    EXPECT_LT((to_matrix(found) - to_matrix(in_dicom)).cwiseAbs().maxCoeff(), kDicomDigits);
+    EXPECT_LE(run("register", "--start", "first/pose.dcm", "xrays/views.json", "second").exit_code, 1);
+}
+
+}  // namespace
+}  // namespace raylign::detail::test
