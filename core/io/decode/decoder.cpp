@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
+#include <cerrno>
 #include <mutex>
 
 #include "core/base/error.h"
@@ -36,16 +38,16 @@ Descriptor fork_server() {
     const pid_t between = ::fork();
     if (between < 0) return {};
     if (between == 0) {
-        if (::fork() != 0) ::_exit(0);
+        if (const pid_t server = ::fork(); server != 0) ::_exit(server < 0 ? 1 : 0);
         ours = Descriptor();
         wanted = Decoding::in_process;  // a decoder that reads another file does so itself
         serve_decoders(std::move(its));
     }
     its = Descriptor();
-    ::waitpid(between, nullptr, 0);
-    std::array<std::byte, 1> ignored;
-    const std::optional<Packet> first = receive_packet(ours.number(), ignored);
-    return first && first->kind == PacketKind::ready ? std::move(ours) : Descriptor();
+    int status = 0;  // stays 0 where another waits for all children, or none may be waited for
+    while (::waitpid(between, &status, 0) < 0 && errno == EINTR) {
+    }
+    return status == 0 ? std::move(ours) : Descriptor();
 }
 
 /// Makes sure that a server runs which was started after the first `dead` ones. False where that cannot be.
@@ -67,7 +69,9 @@ bool start_server(unsigned dead) {
 }  // namespace
 
 void DecoderReply::message(std::string_view bytes) {
-    if (!send_packet(socket_, PacketKind::message, bytes)) ::_exit(0);  // nobody listens any more
+    // Its length goes ahead: it may need several packets.
+    if (!send_packet(socket_, PacketKind::message, Packer().add(bytes.size()).bytes())) ::_exit(0);  // nobody listens
+    bulk(std::as_bytes(std::span(bytes)));
 }
 
 void DecoderReply::bulk(std::span<const std::byte> bytes) {
@@ -82,7 +86,7 @@ void DecoderReply::wait_for_consent() {
     if (!send_packet(socket_, PacketKind::question) || !receive_packet(socket_, ignored)) ::_exit(0);
 }
 
-std::size_t DecodedStream::next(int kind, std::span<std::byte> room) {
+std::size_t DecodedStream::next(PacketKind kind, std::span<std::byte> room) {
     std::array<std::byte, kMostPacketBytes> other;
     const bool is_small = room.size() < other.size();
     const std::optional<Packet> packet = receive_packet(socket_, is_small ? std::span<std::byte>(other) : room);
@@ -96,7 +100,7 @@ std::size_t DecodedStream::next(int kind, std::span<std::byte> room) {
         const auto error_kind = from.number<ErrorKind>();
         throw Error(from.text(), error_kind);
     }
-    if (packet->kind != static_cast<PacketKind>(kind) || packet->bytes > room.size()) {
+    if (packet->kind != kind || packet->bytes > room.size()) {
         throw Error("the reader of " + request_.path.string() + " gives no sensible answer: damaged file?");
     }
     if (is_small) std::ranges::copy(body.first(packet->bytes), room.begin());
@@ -104,15 +108,23 @@ std::size_t DecodedStream::next(int kind, std::span<std::byte> room) {
 }
 
 std::string DecodedStream::message() {
-    std::string bytes(kMostPacketBytes, '\0');
-    bytes.resize(next(static_cast<int>(PacketKind::message), std::as_writable_bytes(std::span(bytes))));
+    std::array<std::byte, sizeof(std::size_t)> length{};
+    (void)next(PacketKind::message, length);
+    std::size_t left = std::bit_cast<std::size_t>(length);
+    std::string bytes;
+    while (left > 0) {  // memory is taken as the bytes arrive, not on a claim
+        const std::size_t count = std::min(kMostPacketBytes, left), begin = bytes.size();
+        bytes.resize(begin + count);
+        bulk(std::as_writable_bytes(std::span(bytes)).subspan(begin));
+        left -= count;
+    }
     return bytes;
 }
 
 void DecodedStream::bulk(std::span<std::byte> bytes) {
     while (!bytes.empty()) {
         const std::size_t count = std::min(kMostPacketBytes, bytes.size());
-        if (next(static_cast<int>(PacketKind::bulk), bytes.first(count)) != count) {
+        if (next(PacketKind::bulk, bytes.first(count)) != count) {
             throw Error("the reader of " + request_.path.string() + " gives no sensible answer: damaged file?");
         }
         bytes = bytes.subspan(count);
@@ -121,13 +133,13 @@ void DecodedStream::bulk(std::span<std::byte> bytes) {
 
 void DecodedStream::consent() {
     std::array<std::byte, 1> none;
-    (void)next(static_cast<int>(PacketKind::question), std::span(none).first(0));
+    (void)next(PacketKind::question, std::span(none).first(0));
     (void)send_packet(socket_, PacketKind::consent);  // where the decoder has died meanwhile, the next packet says so
 }
 
 void DecodedStream::finish() {
     std::array<std::byte, 1> none;
-    (void)next(static_cast<int>(PacketKind::finished), std::span(none).first(0));
+    (void)next(PacketKind::finished, std::span(none).first(0));
 }
 
 bool decode(const DecodeRequest& request, const std::function<void(DecodedStream&)>& read) {

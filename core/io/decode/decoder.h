@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/io/decode/limits.h"
+#include "core/io/decode/packets.h"
 
 // Files of others are decoded by libraries of others, in a process of its own for each file: what a damaged file does
 // there - a crash, an abort, an endless loop, all memory - is an Error here. docs/hacking.md says how it works.
@@ -19,9 +20,9 @@ class DecoderReply {
 public:
     explicit DecoderReply(int socket) : socket_(socket) {}
 
-    /// At most kMostPacketBytes.
+    /// What belongs together, such as a header: DecodedStream::message gives it back.
     void message(std::string_view bytes);
-    /// Any number of bytes: DecodedStream::bulk takes as many at once.
+    /// Many bytes: DecodedStream::bulk takes as many at once, without a copy.
     void bulk(std::span<const std::byte> bytes);
     /// Waits until the other side wants to hear more. Ends the process where it does not.
     void wait_for_consent();
@@ -55,7 +56,7 @@ public:
     void finish();
 
 private:
-    [[nodiscard]] std::size_t next(int kind, std::span<std::byte> room);
+    [[nodiscard]] std::size_t next(PacketKind kind, std::span<std::byte> room);
 
     int socket_;
     const DecodeRequest& request_;

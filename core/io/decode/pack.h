@@ -1,11 +1,14 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstring>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -28,10 +31,22 @@ public:
         bytes_ += text;
         return *this;
     }
-    template <PlainNumber T>
+    Packer& add(const std::string& text) { return add(std::string_view(text)); }
+    template <typename T>
     Packer& add(const std::vector<T>& list) {
         add(list.size());
-        for (const T value : list) add(value);
+        for (const T& value : list) add(value);
+        return *this;
+    }
+    template <typename Key, typename Value>
+    Packer& add(const std::map<Key, Value>& map) {
+        add(map.size());
+        for (const auto& [key, value] : map) add(key).add(value);
+        return *this;
+    }
+    Packer& add(const Eigen::MatrixXd& matrix) {
+        add(matrix.rows()).add(matrix.cols());
+        for (const double value : matrix.reshaped()) add(value);
         return *this;
     }
     [[nodiscard]] const std::string& bytes() const { return bytes_; }
@@ -52,13 +67,36 @@ public:
         return value;
     }
     [[nodiscard]] std::string text() { return std::string(taken(number<std::size_t>())); }
+
     template <PlainNumber T>
-    [[nodiscard]] std::vector<T> list() {
-        const auto count = number<std::size_t>();
-        if (count > rest_.size() / sizeof(T)) throw Error("the answer of a file's reader is cut off");
-        std::vector<T> values;
-        for (std::size_t i = 0; i < count; ++i) values.push_back(number<T>());
-        return values;
+    void take(T& value) {
+        value = number<T>();
+    }
+    void take(std::string& value) { value = text(); }
+    template <typename T>
+    void take(std::vector<T>& list) {
+        list.clear();
+        for (auto left = number<std::size_t>(); left > 0; --left) {  // ends early where the bytes do
+            T value{};
+            take(value);
+            list.push_back(std::move(value));
+        }
+    }
+    template <typename Key, typename Value>
+    void take(std::map<Key, Value>& map) {
+        map.clear();
+        for (auto left = number<std::size_t>(); left > 0; --left) {
+            Key key{};
+            take(key);
+            take(map[key]);
+        }
+    }
+    void take(Eigen::MatrixXd& matrix) {
+        constexpr Eigen::Index kMost = 1000;  // no matrix of ours has more rows
+        const auto rows = number<Eigen::Index>(), columns = number<Eigen::Index>();
+        if (rows < 0 || columns < 0 || rows > kMost || columns > kMost) throw Error("a matrix of no sensible size");
+        matrix.resize(rows, columns);
+        for (double& value : matrix.reshaped()) take(value);
     }
 
 private:

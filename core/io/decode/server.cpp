@@ -143,9 +143,9 @@ void tell_ends(std::vector<DecoderJob>& jobs) {
 
 void serve_decoders(Descriptor given) {
     ::setsid();
+    (void)!::chdir("/");  // keeps no file system in use; a decoder goes to the caller's folder
     set_up_signals();
     const Descriptor control = close_all_others(std::move(given));
-    if (!send_packet(control.number(), PacketKind::ready)) ::_exit(0);
     std::vector<DecoderJob> jobs;
     sigset_t none;
     sigemptyset(&none);

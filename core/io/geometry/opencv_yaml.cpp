@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/camera.h"
+#include "core/io/decode/small_files.h"
 #include "core/io/files/text.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/number_text_reader.h"
@@ -141,6 +142,7 @@ std::vector<GeometryView> read_opencv(const std::filesystem::path& path, const G
                                          {hints.item != 0, "a frame or projection"}}) {
         refuse_hint(is_given, what, "OpenCV's YAML", where);
     }
+    try_in_own_process(path, [](const std::filesystem::path& file) { (void)OpencvFile(file); });  // yaml-cpp
     const OpencvFile file(path);
     refuse_distortion(file, where);
     const std::string intrinsics = file.need(kIntrinsics);

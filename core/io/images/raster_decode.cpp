@@ -3,6 +3,7 @@
 #include "core/io/decode/decoder.h"
 #include "core/io/decode/pack.h"
 #include "core/io/files/file_format.h"
+#include "core/io/files/text.h"
 #include "core/io/images/raster.h"
 
 namespace raylign::detail {
@@ -10,37 +11,40 @@ namespace {
 
 struct HeaderOnly {};  // thrown to end a reading: it goes no further than this file
 
+/// Calls visit(member) for each member but the pixels. As many names as Raster has members: a new one that is not
+/// visited does not compile.
+template <typename AnyRaster, typename Visit>
+void visit_header(AnyRaster& raster, Visit visit) {
+    auto& [format, size, spacing_mm, origin_mm, direction, type, components, white_is_zero, bits_stored, inverted_sum,
+           bytes] = raster;
+    visit(format), visit(size), visit(spacing_mm), visit(origin_mm), visit(direction), visit(type);
+    visit(components), visit(white_is_zero), visit(bits_stored), visit(inverted_sum);
+    (void)bytes;  // by themselves: they are many
+}
+
 std::string packed_header(const Raster& raster) {
-    // As many names as Raster has members: a new one that is not packed does not compile.
-    const auto& [format, size, spacing_mm, origin_mm, direction, type, components, white_is_zero, bits_stored,
-                 inverted_sum, bytes] = raster;
     Packer packer;
-    packer.add(format).add(size).add(spacing_mm).add(origin_mm).add(direction.rows()).add(direction.cols());
-    for (Eigen::Index i = 0; i < direction.size(); ++i) packer.add(direction.data()[i]);
-    packer.add(type).add(components).add(white_is_zero).add(bits_stored).add(inverted_sum);
-    return packer.add(bytes.size()).bytes();
+    visit_header(raster, [&](const auto& member) { packer.add(member); });
+    return packer.add(raster.bytes.size()).bytes();
 }
 
 /// Sets how many bytes the pixels have, too, without taking memory for them.
 Raster unpacked_header(std::string_view packed, std::size_t& byte_count) {
-    constexpr Eigen::Index kMostAxes = 64;
     Unpacker from(packed);
     Raster raster;
-    raster.format = from.number<FileFormat>();
-    raster.size = from.list<int>();
-    raster.spacing_mm = from.list<double>();
-    raster.origin_mm = from.list<double>();
-    const auto rows = from.number<Eigen::Index>(), columns = from.number<Eigen::Index>();
-    if (rows < 0 || columns < 0 || rows > kMostAxes || columns > kMostAxes) throw Error("a header without sense");
-    raster.direction.resize(rows, columns);
-    for (Eigen::Index i = 0; i < raster.direction.size(); ++i) raster.direction.data()[i] = from.number<double>();
-    raster.type = from.number<PixelType>();
-    raster.components = from.number<int>();
-    raster.white_is_zero = from.number<bool>();
-    raster.bits_stored = from.number<int>();
-    raster.inverted_sum = from.number<double>();
+    visit_header(raster, [&](auto& member) { from.take(member); });
     byte_count = from.number<std::size_t>();
     return raster;
+}
+
+/// As many bytes as the decoder has, which is no mere claim of a header.
+void take_memory(std::vector<std::byte>& bytes, std::size_t count, const std::filesystem::path& path) {
+    try {
+        bytes.resize(count);
+    } catch (const std::exception&) {
+        throw Error(path.string() + ": not enough memory for its pixels, " + number_text(static_cast<double>(count)) +
+                    " bytes");
+    }
 }
 
 void decode_raster(const std::filesystem::path& path, const std::string&, DecoderReply& reply) {
@@ -73,7 +77,7 @@ Raster read_raster(const std::filesystem::path& path, const std::function<void(c
         if (check) check(header);
         stream.consent();
         raster = unpacked_header(stream.message(), byte_count);  // what the pixels told besides
-        raster.bytes.resize(byte_count);  // as many as the decoder has: no mere claim of a header
+        take_memory(raster.bytes, byte_count, path);
         stream.bulk(raster.bytes);
     });
     return is_read ? raster : read_raster_here(path, check);

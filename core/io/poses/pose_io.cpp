@@ -9,6 +9,7 @@
 #include <itkTxtTransformIO.h>
 
 #include "core/base/error.h"
+#include "core/io/decode/small_files.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/output.h"
@@ -70,6 +71,14 @@ RigidTransform pose_from_itk(const std::filesystem::path& path, itk::TransformIO
     return pose_from_itk_transform(*transforms->front(), path.string());
 }
 
+RigidTransform pose_from_itk_text(const std::filesystem::path& path) {
+    return inverse(pose_from_itk(path, *itk::TxtTransformIOTemplate<double>::New()));
+}
+
+RigidTransform pose_from_itk_hdf5(const std::filesystem::path& path) {
+    return inverse(pose_from_itk(path, *itk::HDF5TransformIOTemplate<double>::New()));
+}
+
 std::string itk_text(const RigidTransform& ct_from_world) {
     std::string text = "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters:";
     const auto append = [&](double number) { (text += ' ') += detail::number_text(number); };
@@ -104,12 +113,8 @@ RigidTransform read_pose(const std::filesystem::path& path) {
     detail::check_readable_file(path);
     const std::string extension = detail::lower_case(path.extension().string());
     if (extension == ".json") return pose_from_json(path);
-    if (extension == ".tfm" || extension == ".txt") {
-        return inverse(pose_from_itk(path, *itk::TxtTransformIOTemplate<double>::New()));
-    }
-    if (extension == ".h5" || extension == ".hdf5") {
-        return inverse(pose_from_itk(path, *itk::HDF5TransformIOTemplate<double>::New()));
-    }
+    if (extension == ".tfm" || extension == ".txt") return pose_in_own_process(path, &pose_from_itk_text);
+    if (extension == ".h5" || extension == ".hdf5") return pose_in_own_process(path, &pose_from_itk_hdf5);
     if (extension == ".jts" || extension == ".jtak" || extension == ".jta") return only_pose(path);
     throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5, .hdf5, .jts, .jtak or .jta",
                     path.string());

@@ -62,7 +62,6 @@ void print_and_answer(const std::filesystem::path&, const std::string&, DecoderR
 }
 void talk_nonsense(const std::filesystem::path&, const std::string&, DecoderReply& reply) {
     reply.bulk(std::vector<std::byte>(1000));
-    reply.message("x");
 }
 void say_too_little(const std::filesystem::path&, const std::string&, DecoderReply& reply) {
     reply.message(Packer().add(std::size_t{1} << 40).bytes());
@@ -74,6 +73,9 @@ void die_half_way(const std::filesystem::path&, const std::string&, DecoderReply
 }
 void give_back(const std::filesystem::path& path, const std::string& arguments, DecoderReply& reply) {
     reply.message(arguments + path.string());
+}
+void repeat_it(const std::filesystem::path&, const std::string& arguments, DecoderReply& reply) {
+    reply.message(arguments + arguments + arguments + arguments);
 }
 void name_server(const std::filesystem::path&, const std::string&, DecoderReply& reply) {
     reply.message(std::to_string(::getppid()));
@@ -111,6 +113,8 @@ TEST_F(Decode, AnAnswerComesBackWithItsArguments) {
     EXPECT_EQ(answer(&give_back, "small "), "small some.file");
     EXPECT_EQ(answer(&print_and_answer), "fine");
     EXPECT_EQ(answer(&read_another), "here") << "no process within the process";
+    const std::string large(20000, 'x');
+    EXPECT_EQ(answer(&repeat_it, large), large + large + large + large) << "in several packets";
 }
 
 TEST_F(Decode, ADeadDecoderIsAnErrorWithTheFilesName) {
@@ -154,7 +158,8 @@ TEST_F(Decode, NonsenseIsAnError) {
     const auto list = [] {
         (void)decode({&say_too_little, "some.file", {}, kLimits}, [](DecodedStream& stream) {
             const std::string said = stream.message();
-            (void)Unpacker(said).list<double>();
+            std::vector<double> numbers;
+            Unpacker(said).take(numbers);
         });
     };
     EXPECT_THAT(test::error_of(list), HasSubstr("cut off"));
