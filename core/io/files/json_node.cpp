@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <sstream>
 #include <vector>
 
 #include "core/io/files/file_format.h"
+#include "core/io/files/regular_file.h"
 #include "core/io/files/text.h"
 
 namespace raylign::detail {
@@ -110,8 +109,7 @@ json parse(std::istringstream& stream, DuplicateKeys& keys, const std::string& n
 
 json read_json(const std::filesystem::path& path) {
     check_readable_file(path);
-    std::ifstream file(path, std::ios::binary);
-    std::istringstream text(std::string(std::istreambuf_iterator<char>(file), {}));
+    std::istringstream text(regular_file_bytes(path));
     DuplicateKeys keys;
     json parsed = parse(text, keys, path.string());
     if (!keys.duplicate().empty()) throw Error("key \"" + keys.duplicate() + "\" is given twice in " + path.string());
