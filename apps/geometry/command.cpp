@@ -6,6 +6,7 @@
 #include "apps/shared/help.h"
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/io/files/output.h"
 #include "core/io/files/text.h"
 #include "raylign/io/geometry.h"
@@ -42,7 +43,7 @@ GeometryHints hints_of(const GeometryOptions& options) {
         hints.pixel_pitch_mm = Eigen::Vector2d(pitch[0], pitch[1]);
     }
     hints.sdd_mm = given(options.sdd_mm);
-    if (hints.sdd_mm && !(*hints.sdd_mm > 0)) throw bad_value("--sdd", std::to_string(options.sdd_mm), "positive");
+    if (hints.sdd_mm && !(*hints.sdd_mm > 0)) throw bad_value("--sdd", number_text(options.sdd_mm), "positive");
     if (options.flip.empty()) return hints;
     if (options.flip == "none") hints.flip = ImageFlip::none;
     if (options.flip == "columns") hints.flip = ImageFlip::columns;
