@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/register/options.h"
+#include "apps/shared/manifest.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"
@@ -23,6 +24,7 @@ struct RegisterInputs {
     std::optional<Eigen::Vector3d> rotation_centre_ct_mm;  ///< the middle of the targets, where they were given
     std::vector<std::string> notes;                        ///< what was decided on reading, for the report
     std::vector<std::filesystem::path> files;              ///< every file read
+    InputHashes hashes;                                    ///< of them
     double load_s = 0;
 };
 
