@@ -33,7 +33,11 @@ std::string with_escapes(std::string_view text, const std::function<bool(std::st
     while (!text.empty()) {
         const bool is_kept_feed = text[0] == '\n' && keeps_feed(text.substr(1));
         const std::size_t count = is_kept_feed ? 1 : shown_bytes(text);
-        plain += count > 0 ? std::string(text.substr(0, count)) : escaped(text[0]);
+        if (count > 0) {
+            plain.append(text, 0, count);
+        } else {
+            plain += escaped(text[0]);
+        }
         text.remove_prefix(count > 0 ? count : 1);
     }
     return plain;
