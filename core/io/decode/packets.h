@@ -46,7 +46,6 @@ enum class PacketKind : std::uint8_t {
     failure,   ///< from the decoder: an Error
     ended,     ///< from the server: how the decoder's process ended
     no_fork,   ///< from the server: there is no process to be had
-    ready,     ///< from the server: it runs
 };
 
 enum class Sending { wait, now_or_never };

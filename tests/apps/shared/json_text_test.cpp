@@ -19,7 +19,7 @@ TEST(JsonText, EscapesWhatTerminalsObey) {
 }
 
 TEST(JsonText, LinesOfAnyDepthAreReadOrRefused) {
-    EXPECT_EQ(json_of_line(R"({"a":"[[[\\"]"})").at("a"), "[[[\\");
+    EXPECT_EQ(json_of_line(R"({"a":"[[[\\"})").at("a"), "[[[\\");
     EXPECT_THAT(test::error_of([] { (void)json_of_line(std::string(200000, '[')); }), testing::HasSubstr("nested"));
     EXPECT_THAT(test::error_of([] { (void)json_of_line("{"); }), testing::HasSubstr("no JSON"));
 }
