@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/geometry/camera.h"
 
 namespace raylign {
@@ -40,7 +41,7 @@ void apply_mask(Image& weights, const Image& mask, std::size_t view) {
     std::size_t usable = 0;
     for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
         if (!(weights.pixels[i] >= 0 && std::isfinite(weights.pixels[i]))) {
-            throw bad_value("weight", std::to_string(weights.pixels[i]), "finite and not negative", where);
+            throw bad_value("weight", number_text(weights.pixels[i]), "finite and not negative", where);
         }
         weights.pixels[i] *= mask.pixels[i];
         if (weights.pixels[i] > 0) ++usable;
@@ -105,7 +106,7 @@ void detail::check_volume(const Volume& volume, std::string_view where) {
         const std::size_t nx = volume.grid.size.x(), ny = volume.grid.size.y();
         const std::string voxel = "voxel (" + std::to_string(i % nx) + ", " + std::to_string(i / nx % ny) + ", " +
                                   std::to_string(i / nx / ny) + ")";
-        throw bad_value(voxel, std::to_string(all[i]), "finite", where);
+        throw bad_value(voxel, number_text(all[i]), "finite", where);
     }
 }
 
@@ -114,7 +115,7 @@ void detail::check_views(std::span<const View> views) {
     for (const View& view : views) {
         check_camera(view.geometry.camera, "view " + view.name);
         if (view.cost_weight > 0 && std::isfinite(view.cost_weight)) continue;
-        throw bad_value("cost weight", std::to_string(view.cost_weight), "positive and finite", "view " + view.name);
+        throw bad_value("cost weight", number_text(view.cost_weight), "positive and finite", "view " + view.name);
     }
 }
 
@@ -123,10 +124,10 @@ double detail::finest_step_mm(const VoxelGrid& grid) { return grid.spacing_mm.mi
 void detail::check_render(const RenderSettings& render, const VoxelGrid& grid) {
     if (!render.step_mm) return;
     const double step_mm = *render.step_mm, finest_mm = finest_step_mm(grid);
-    if (!(step_mm > 0 && step_mm <= 100)) throw bad_value("step_mm", std::to_string(step_mm), "in (0, 100]");
+    if (!(step_mm > 0 && step_mm <= 100)) throw bad_value("step_mm", number_text(step_mm), "in (0, 100]");
     if (step_mm < finest_mm) {
-        throw bad_value("step_mm", std::to_string(step_mm),
-                        "at least a hundredth of a voxel, " + std::to_string(finest_mm) + " (finer gains nothing)");
+        throw bad_value("step_mm", number_text(step_mm),
+                        "at least a hundredth of a voxel, " + number_text(finest_mm) + " (finer gains nothing)");
     }
 }
 

@@ -125,7 +125,7 @@ int run_bench(const BenchFlags& flags, const Invocation& invocation) {
         scene = phantom_scene(flags.size, flags.pixels, 2);
     } else {
         VolumeFile file = read_volume(flags.volume.file, volume_read_options(flags.volume));
-        run.files = file.files;
+        run.inputs = hash_inputs(file.files);
         scene = ct_scene(std::move(file.volume), flags.pixels, 2, flags.volume.file.filename().string());
     }
     OutputFolder folder(flags.output.folder);

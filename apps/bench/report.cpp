@@ -76,7 +76,7 @@ std::string bench_json(const BenchRun& run, const BenchScene& scene) {
     for (const BenchBackend& backend : run.backends)
         report["backends"].push_back(backend_json(backend.backend->info()));
     report["machine"] = machine_json();
-    report["inputs"] = inputs_json(run.files);
+    report["inputs"] = inputs_json(run.inputs);
     return indented(report);
 }
 

@@ -7,6 +7,7 @@
 
 #include "apps/bench/measure.h"
 #include "apps/shared/invocation.h"
+#include "apps/shared/manifest.h"
 #include "apps/shared/options.h"
 
 namespace raylign::detail::apps {
@@ -33,7 +34,7 @@ struct BenchRun {
     std::vector<LeftOut> left_out = {};
     std::vector<BenchRegistration> registrations = {};
     std::vector<BenchScaling> scaling = {};
-    std::vector<std::filesystem::path> files = {};  ///< read
+    InputHashes inputs = {};
 };
 
 /// bench.json, indented. `scene`: of the registrations.

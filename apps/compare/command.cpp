@@ -69,6 +69,7 @@ CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
     inputs.volume = std::move(volume.volume);
     append(run.files, volume.files);
     append(run.notes, volume.notes);
+    run.hashes = hash_inputs(run.files);
     stop_if_interrupted();
     if (inputs.targets.empty()) inputs.targets = default_targets_ct_mm(inputs.volume);
     run.simulation =
@@ -161,7 +162,7 @@ void add_compare_flags(CLI::App& command, CompareFlags& flags) {
     describe(command.add_option("--method", flags.method, "Of the registrations, as in register; default auto"), "NAME",
              kMethodGroup);
     describe(command.add_option("--metric", flags.metric, "gc or ncc; default gc"), "NAME", kMethodGroup);
-    describe(command.add_option("--seed", compare.seed, "Of poses and starts; default 1"), "N", kMethodGroup);
+    add_seed_flag(command, compare.seed, "Of poses and starts");
     add_backend_flags(command, flags.backend);
     command.remove_option(command.get_option("--backend"));
     describe(command.add_option("--backends", flags.backend.name,

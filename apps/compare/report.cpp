@@ -82,7 +82,7 @@ std::string compare_json(const CompareRun& run) {
     report["backends"] = Json::array();
     for (const BackendInfo& info : run.backends) report["backends"].push_back(backend_json(info));
     report["machine"] = machine_json();
-    report["inputs"] = inputs_json(run.files);
+    report["inputs"] = inputs_json(run.hashes);
     report["notes"] = run.notes;
     return indented(report);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/shared/invocation.h"
+#include "apps/shared/manifest.h"
 #include "core/validation/compare.h"
 
 namespace raylign::detail::apps {
@@ -18,6 +19,7 @@ struct CompareRun {
     std::string simulation;  ///< how missing X-rays were made; "" = none was
     std::vector<std::string> notes;
     std::vector<std::filesystem::path> files;
+    InputHashes hashes = {};  ///< of the files
 };
 
 /// compare.json, indented.

@@ -7,6 +7,7 @@
 #include "apps/shared/help.h"
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/io/files/output.h"
 #include "core/io/files/text.h"
 #include "raylign/io/geometry.h"
@@ -44,7 +45,7 @@ GeometryHints hints_of(const GeometryOptions& options) {
         hints.pixel_pitch_mm = Eigen::Vector2d(pitch[0], pitch[1]);
     }
     hints.sdd_mm = given(options.sdd_mm);
-    if (hints.sdd_mm && !(*hints.sdd_mm > 0)) throw bad_value("--sdd", std::to_string(options.sdd_mm), "positive");
+    if (hints.sdd_mm && !(*hints.sdd_mm > 0)) throw bad_value("--sdd", number_text(options.sdd_mm), "positive");
     if (!options.undistorted.empty() && options.undistorted != "true" && options.undistorted != "false") {
         throw bad_value("--undistorted", options.undistorted, "true or false");
     }

@@ -66,6 +66,7 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
         inputs.targets_ct_mm = default_targets_ct_mm(inputs.volume);
     }
     inputs.load_s = seconds_since(begin);
+    inputs.hashes = hash_inputs(inputs.files);
     return inputs;
 }
 

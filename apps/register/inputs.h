@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/register/options.h"
+#include "apps/shared/manifest.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"
@@ -24,6 +25,7 @@ struct RegisterInputs {
     std::vector<std::string> notes;                        ///< what was decided on reading, for the report
     std::vector<std::filesystem::path> files;              ///< every file read
     std::filesystem::path dicom_ct;  ///< a file of the CT, where it is DICOM and says its frame of reference; else ""
+    InputHashes hashes;                                    ///< of them
     double load_s = 0;
 };
 

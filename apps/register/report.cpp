@@ -118,7 +118,7 @@ std::string report_json(const RegisterRun& run) {
                    {"command", run.invocation.command_line},
                    {"working_directory", std::filesystem::current_path().string()},
                    {"seed", run.options.method.seed},
-                   {"inputs", inputs_json(run.inputs.files)},
+                   {"inputs", inputs_json(run.inputs.hashes)},
                    {"backend", backend(run)},
                    {"method", method_name(result.method)},
                    {"method_reason", result.method_reason},

@@ -185,10 +185,10 @@ void add_backend_flags(CLI::App& command, BackendFlags& flags) {
              kBackendGroup);
 }
 
-void add_seed_flag(CLI::App& command, std::uint64_t& seed, const std::string& what) {
+void add_seed_flag(CLI::App& command, std::uint64_t& seed, const std::string& what, const char* group) {
     describe(command.add_option_function<std::string>(
                  "--seed", [&seed](const std::string& text) { seed = parse_seed(text); }, what + "; default 1"),
-             "N", kMethodGroup);
+             "N", group);
 }
 
 void add_output_flags(CLI::App& command, OutputFlags& flags, const OutputTexts& texts) {

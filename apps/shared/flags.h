@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/shared/help.h"
+
 namespace CLI {
 class App;
 }
@@ -98,6 +100,6 @@ void add_output_flags(CLI::App& command, OutputFlags& flags, const OutputTexts& 
 void add_targets_flag(CLI::App& command, std::filesystem::path& targets, const char* group, const std::string& use);
 
 /// --seed, a whole number in [0, 2^64): the parser itself would let -1 wrap around.
-void add_seed_flag(CLI::App& command, std::uint64_t& seed, const std::string& what);
+void add_seed_flag(CLI::App& command, std::uint64_t& seed, const std::string& what, const char* group = kMethodGroup);
 
 }  // namespace raylign::detail::apps

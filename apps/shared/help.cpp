@@ -32,7 +32,9 @@ void set_up_program(CLI::App& app) {
         "  raylign drr -v spine.mha --attenuation --views views.json --pose pose.json -o xrays\n"
         "  raylign register -v spine.mha --attenuation --views xrays/views.json -o result\n"
         "`raylign COMMAND --help` lists the options of a command.\n"
-        "Exit codes: 0 done, 1 ran but is doubtful, 2 bad input or usage, 3 backend not available, 130 interrupted.");
+        "Exit codes: 0 done, 1 ran but is doubtful, 2 bad input or usage, 3 backend not available, 4 done but "
+        "standard\n"
+        "output failed, 130 interrupted.");
 }
 
 CLI::Option* describe(CLI::Option* option, const std::string& value_word, const char* group) {

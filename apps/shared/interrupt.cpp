@@ -6,8 +6,8 @@
 namespace raylign::detail::apps {
 namespace {
 
-// The one global of the project: a signal handler gets no context to find anything else by, and only a lock-free atomic
-// is safe to touch in it.
+// A global, which the project avoids: a signal handler gets no context to find anything else by, and only a lock-free
+// atomic is safe to touch in it.
 std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -22,8 +22,13 @@ void catch_interrupts() {
     // step take too long.
     action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
     sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+    for (const int number : {SIGINT, SIGTERM, SIGQUIT}) sigaction(number, &action, nullptr);
+    struct sigaction before {};
+    sigaction(SIGHUP, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // else nohup wants it to go on
+    // A closed pipe and a file that may not grow are errors of a writing, which say what could not be written.
+    action.sa_handler = SIG_IGN;
+    for (const int number : {SIGPIPE, SIGXFSZ}) sigaction(number, &action, nullptr);
 }
 
 bool interrupted() noexcept { return stop_asked.load(std::memory_order_relaxed); }

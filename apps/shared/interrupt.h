@@ -12,7 +12,8 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-/// From now on SIGINT (Ctrl-C) and SIGTERM only note the wish to stop; the run ends at its next step.
+/// From now on SIGINT (Ctrl-C), SIGTERM, SIGQUIT and SIGHUP (unless nohup ignores it) only note the wish to stop; the
+/// run ends at its next step. SIGPIPE and SIGXFSZ no longer end the program.
 void catch_interrupts();
 
 [[nodiscard]] bool interrupted() noexcept;

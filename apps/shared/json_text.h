@@ -13,13 +13,13 @@ namespace raylign::detail::apps {
 using Json = nlohmann::ordered_json;
 
 /// Names of files and views may hold bytes that are not UTF-8: both replace them rather than be fatal to the run.
-[[nodiscard]] inline std::string one_line(const Json& json) {
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+/// Control characters are escaped, DEL and U+0080 to U+009F with them, which JSON need not: terminals obey them.
+[[nodiscard]] std::string one_line(const Json& json);
 /// With a final line feed.
-[[nodiscard]] inline std::string indented(const Json& json, int indent = 2) {
-    return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+[[nodiscard]] std::string indented(const Json& json, int indent = 2);
+
+/// A line of a file. Throws Error where it is no JSON, or nested too deep for what reads or prints it.
+[[nodiscard]] Json json_of_line(const std::string& line);
 
 template <class Derived>
 [[nodiscard]] Json vector_json(const Eigen::MatrixBase<Derived>& vector) {

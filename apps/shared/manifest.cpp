@@ -1,5 +1,6 @@
 #include "apps/shared/manifest.h"
 
+#include "apps/shared/clock.h"
 #include "apps/shared/machine.h"
 #include "core/io/files/output.h"
 
@@ -12,11 +13,17 @@ Json machine_json() {
             {"system", machine.system}, {"compiler", machine.compiler}};
 }
 
-Json inputs_json(const std::vector<std::filesystem::path>& files) {
+InputHashes hash_inputs(const std::vector<std::filesystem::path>& files) {
+    const auto begin = Clock::now();
+    InputHashes hashes;
+    for (const std::filesystem::path& file : files) hashes.files.push_back({file.string(), sha256_of_file(file)});
+    hashes.time_s = seconds_since(begin);
+    return hashes;
+}
+
+Json inputs_json(const InputHashes& hashes) {
     Json list = Json::array();
-    for (const std::filesystem::path& file : files) {
-        list.push_back({{"path", file.string()}, {"sha256", sha256_of_file(file)}});
-    }
+    for (const HashedFile& file : hashes.files) list.push_back({{"path", file.path}, {"sha256", file.sha256}});
     return list;
 }
 

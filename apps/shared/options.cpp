@@ -8,6 +8,7 @@
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
+#include "core/base/number_text.h"
 #include "core/base/text.h"
 #include "core/io/files/text.h"
 #include "raylign/intensity.h"
@@ -64,7 +65,7 @@ ObjectRegion object_region(const VolumeFlags& flags) {
     object.bone_threshold_hu = flags.bone_threshold;
     object.clip_hu = flags.clip;
     if (flags.clip && flags.bone_threshold && !(*flags.clip > *flags.bone_threshold)) {
-        throw bad_value("--clip", std::to_string(*flags.clip), "above --bone-threshold");
+        throw bad_value("--clip", number_text(*flags.clip), "above --bone-threshold");
     }
     if (!flags.object.empty()) parse_object(flags.object, object);
     return object;

@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/text.h"
 #include "core/io/files/text.h"
 
@@ -73,7 +74,7 @@ std::pair<std::string, std::string> split_named(const std::string& argument, std
 
 void check_photons(double photons) {
     if (photons == 0 || (photons >= 1 && photons <= 1e9)) return;
-    throw bad_value("--noise", std::to_string(photons), "in [1, 1e9], or 0 for none");
+    throw bad_value("--noise", number_text(photons), "in [1, 1e9], or 0 for none");
 }
 
 }  // namespace raylign::detail::apps

@@ -9,6 +9,7 @@
 #include "apps/study/report.h"
 #include "apps/study/run.h"
 #include "core/base/error.h"
+#include "core/base/plain_text.h"
 #include "core/io/files/output.h"
 
 namespace raylign::detail::apps {
@@ -40,7 +41,8 @@ int agreed_exit_code(Ranks& ranks, const Readiness& own) {
     const std::vector<std::string> problems = ranks.exchange(own.problem);
     const auto tell = [&ranks](int rank, const std::string& problem) {
         if (ranks.rank() != 0) return;
-        std::cerr << "raylign study: " << (rank == 0 ? "" : "rank " + std::to_string(rank) + ": ") << problem << "\n";
+        std::cerr << "raylign study: " + (rank == 0 ? "" : "rank " + std::to_string(rank) + ": ") +
+                         plain_message(problem) + "\n";
     };
     for (int r = 0; r < ranks.size(); ++r) {
         if (codes[r] != "0") {
@@ -71,6 +73,7 @@ void write_results(const Study& study, const StudyJournal& journal, const Invoca
 int run_trials(const Study& study, const std::string& config, const Invocation& invocation, Ranks* ranks) {
     const OutputFlags& output = study.options.output;
     StudyJournal journal(output.folder / kJournal, config);
+    check_records(study, journal);
     journal.note_run(study_run_note(invocation, ranks == nullptr ? 1 : ranks->size()));
     {
         ProgressBar bar(output);
@@ -135,7 +138,7 @@ void add_protocol_flags(CLI::App& command, StudyOptions& options) {
     describe(command.add_option("--noise", options.noise_photons,
                                 "Photons of an unattenuated pixel of simulated X-rays; default 0: no noise"),
              "PHOTONS", kStartGroup);
-    describe(command.add_option("--seed", options.method.seed, "Of starts and noise; default 1"), "N", kStartGroup);
+    add_seed_flag(command, options.method.seed, "Of starts and noise", kStartGroup);
     describe(command.add_option("--trial", options.trial,
                                 "Run the trial of this number alone and print its record; default: the study"),
              "N", kOutputGroup);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -33,6 +34,15 @@ std::string read_all(int descriptor, const std::filesystem::path& file) {
     }
 }
 
+AnyOrder header_of(const std::string& line, const std::filesystem::path& file) {
+    try {
+        const Json header = json_of_line(line);
+        if (header.is_object() && header.contains(kHeaderKey)) return AnyOrder(header);
+    } catch (const Error&) {  // it may be anything
+    }
+    throw Error(file.string() + " is not the journal of a study: give another folder");
+}
+
 /// The first setting in which two configurations differ, for people.
 std::string difference(const AnyOrder& there, const AnyOrder& here) {
     for (const auto& [key, value] : here.items()) {
@@ -47,9 +57,12 @@ std::string difference(const AnyOrder& there, const AnyOrder& here) {
 StudyJournal::StudyJournal(const std::filesystem::path& file, const std::string& config) : file_(file) {
     std::error_code ignored;
     std::filesystem::create_directories(file.parent_path(), ignored);  // a failure shows on opening
-    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
     if (descriptor_ < 0) throw failure(file, "cannot be written");
     try {
+        struct stat status {};
+        if (::fstat(descriptor_, &status) != 0) throw failure(file, "cannot be read");
+        if (!S_ISREG(status.st_mode)) throw Error(file.string() + " is no regular file: give another folder");
         if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
             if (errno == EWOULDBLOCK) throw Error(file.string() + ": another run is working on this study");
             // Some network file systems know no locks: better to work without than not at all.
@@ -72,10 +85,7 @@ void StudyJournal::read(const std::string& config) {
             take_line(line, number);
             continue;
         }
-        const AnyOrder header = AnyOrder::parse(line, nullptr, false);
-        if (!header.is_object() || !header.contains(kHeaderKey)) {
-            throw Error(file_.string() + " is not the journal of a study: give another folder");
-        }
+        const AnyOrder header = header_of(line, file_);
         const AnyOrder here = AnyOrder::parse(config);
         if (header.at(kHeaderKey) != here) {
             throw Error(file_.string() + " belongs to another study: " + difference(header.at(kHeaderKey), here) +
@@ -95,12 +105,12 @@ void StudyJournal::read(const std::string& config) {
 
 void StudyJournal::take_line(const std::string& line, std::size_t number) {
     const std::string where = file_.string() + ", line " + std::to_string(number);
-    const AnyOrder entry = AnyOrder::parse(line, nullptr, false);
-    if (entry.is_object() && entry.contains("run")) {
-        runs_.push_back(entry.at("run").dump());
-        return;
-    }
     try {
+        const Json entry = json_of_line(line);
+        if (entry.is_object() && entry.contains("run")) {
+            runs_.push_back(one_line(entry.at("run")));
+            return;
+        }
         const TrialRecord record = trial_from_line(line);
         if (!trials_.emplace(record.trial, record).second) {
             throw Error("trial " + std::to_string(record.trial) + " stands there twice");

@@ -143,14 +143,14 @@ std::string trial_line(const TrialRecord& record) {
 TrialRecord trial_from_line(const std::string& line) {
     TrialRecord record;
     try {
-        const Json json = Json::parse(line);
+        const Json json = json_of_line(line);
         const auto read = [&json](const char* name, auto& value) { read_member(json.at(name), value); };
         visit_place(record, read);
         visit_results(record, read);
         record.world_from_ct = pose_from(json.at("world_from_ct"));
         visit_times(record, read);
-    } catch (const Json::exception& problem) {
-        throw Error(std::string("not the record of a trial: ") + problem.what());
+    } catch (const Json::exception&) {  // a member is missing, or of another type
+        throw Error("it is not the record of a trial");
     }
     return record;
 }

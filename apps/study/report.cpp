@@ -159,7 +159,7 @@ std::string study_config(const Study& study) {
         config["cases"].push_back(of_case);
     }
     config["inputs"] = Json::array();
-    for (const std::filesystem::path& file : study.files) config["inputs"].push_back(sha256_of_file(file));
+    for (const HashedFile& file : study.hashes.files) config["inputs"].push_back(file.sha256);
     return one_line(config);
 }
 
@@ -188,7 +188,7 @@ std::string study_json(const Study& study, const StudyJournal& journal, const In
         report["left_out"].push_back({{"backend", left_out.name}, {"reason", left_out.reason}});
     }
     report["notes"] = study.notes;
-    report["inputs"] = inputs_json(study.files);
+    report["inputs"] = inputs_json(study.hashes);
     report["backends"] = Json::array();
     for (std::size_t c = 0; c < study.cases.size(); ++c) {
         Json info = backend_json(study.backends[c]->info());

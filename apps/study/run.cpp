@@ -114,6 +114,19 @@ std::string study_progress_line(const StudyProgress& progress) {
            format(" %3.0f%%  %zu of %zu trials", std::floor(100 * share), progress.done, progress.total) + left;
 }
 
+void check_records(const Study& study, const StudyJournal& journal) {
+    for (const auto& [number, record] : journal.trials()) {
+        const bool is_in = number < study.trial_count();
+        const TrialPlace place = is_in ? trial_place(study, number) : TrialPlace();
+        if (is_in && place.study_case == record.study_case && place.interval == record.interval &&
+            place.repetition == record.repetition) {
+            continue;
+        }
+        throw Error("the study's journal is damaged: trial " + std::to_string(number) +
+                    " is not where the study has it; give another folder");
+    }
+}
+
 void run_alone(const Study& study, StudyJournal& journal, const StudyCallback& progress) {
     const Pace pace(study, journal, progress);
     pace.tell(journal);

@@ -13,6 +13,9 @@ struct StudyProgress {
     std::size_t done = 0, total = 0;
     double remaining_s = 0;  ///< from the pace of this run; 0 while nothing is known
 };
+/// Throws Error for a trial in the journal that the study has not.
+void check_records(const Study& study, const StudyJournal& journal);
+
 /// "[#####-----]  52%  312 of 600 trials  2 min 5 s left".
 [[nodiscard]] std::string study_progress_line(const StudyProgress& progress);
 

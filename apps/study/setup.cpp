@@ -57,6 +57,7 @@ Study set_up_study(const StudyOptions& settled_options) {
     study.volume = std::move(volume.volume);
     append(study.files, volume.files);
     append(study.notes, volume.notes);
+    study.hashes = hash_inputs(study.files);
     stop_if_interrupted();
     if (study.targets_ct_mm.empty()) study.targets_ct_mm = default_targets_ct_mm(study.volume);
     const SimulatedViews simulated = simulate_missing_images(study.volume, study.views, study.true_world_from_ct,

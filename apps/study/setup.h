@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/shared/manifest.h"
 #include "apps/study/options.h"
 #include "core/backend.h"
 #include "raylign/study.h"
@@ -29,6 +30,7 @@ struct Study {
     std::vector<LeftOut> left_out;
     std::vector<std::string> notes;
     std::vector<std::filesystem::path> files;
+    InputHashes hashes;  ///< of the files
 
     [[nodiscard]] std::size_t trial_count() const { return intervals.size() * cases.size() * options.per_bin; }
 };

@@ -42,42 +42,19 @@ std::vector<std::filesystem::path> all_inputs(const TrackInputs& inputs) {
     return files;
 }
 
-/// The frames' files of one view that were read, each once.
-std::vector<std::filesystem::path> frame_files(const TrackReport& report, std::size_t view) {
-    std::vector<std::filesystem::path> files;
-    for (std::size_t i = 0; i < report.record.instants; ++i) {
-        const auto& frame = report.inputs.frames[i].files[view];
-        if (frame && (files.empty() || files.back() != frame->file)) files.push_back(frame->file);
-    }
-    return files;
-}
-
-/// A frame that cannot be read is a gap and gets dashes.
-std::string hash_or_dashes(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return std::string(64, '-');
-    try {
-        return sha256_of_file(file);
-    } catch (const Error&) {
-        return std::string(64, '-');
-    }
-}
-
 /// Thousands of frames would swamp the report: their hashes go to a list as sha256sum makes it, and the report has that
 /// of the list.
 void stage_frame_hashes(TrackReport& report, OutputFolder& folder) {
-    for (std::size_t v = 0; v < report.inputs.views.views.size(); ++v) {
-        const std::vector<std::filesystem::path> files = frame_files(report, v);
-        if (files.size() == 1) report.hashed.emplace_back(files.front().string(), files.front());
+    for (std::size_t v = 0; v < report.record.frame_hashes.size(); ++v) {
+        const std::vector<HashedFile>& files = report.record.frame_hashes[v];
+        if (files.size() == 1) report.hashed.files.push_back(files.front());
         if (files.size() < 2) continue;
         const std::string name = hashes_file_name(report.inputs.views.views[v].name);
         std::string text;
-        for (const auto& file : files) {
-            text += hash_or_dashes(file) + "  " + file.string() + "\n";
-        }
+        for (const HashedFile& file : files) text += file.sha256 + "  " + file.path + "\n";
         const std::filesystem::path staged = folder.stage(name);
         write_text(staged, text);
-        report.hashed.emplace_back(name, staged);
+        report.hashed.files.push_back({name, sha256_of_file(staged)});
         report.outputs.push_back(name);
     }
 }
@@ -121,7 +98,7 @@ std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_poi
     const std::vector<PageOverlay> pictures =
         report.complete() ? track_pictures(report, backend, folder.stage("track.html").parent_path())
                           : std::vector<PageOverlay>();
-    report.total_s = seconds_since(begin);  // leaves out hashing
+    report.total_s = seconds_since(begin) - report.inputs.hashes.time_s - report.record.hash_s;
     stage_frame_hashes(report, folder);
     report.outputs.insert(report.outputs.end(), {"track.json", "track.html"});
     const std::string json = track_json(report);
@@ -153,7 +130,7 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
         throw;
     }
     TrackReport report{options, invocation, inputs, record, choice.backend->info(), choice.passed_over};
-    for (const auto& file : inputs.files) report.hashed.emplace_back(file.string(), file);
+    report.hashed = inputs.hashes;
     report.notes = inputs.notes;
     append(report.notes, record.notes);
     const std::string json = stage_outputs(report, *choice.backend, begin, folder);

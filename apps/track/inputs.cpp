@@ -104,6 +104,7 @@ TrackInputs read_track_inputs(const TrackCommandOptions& options) {
         stop_if_interrupted();
     }
     inputs.load_s = seconds_since(begin);
+    inputs.hashes = hash_inputs(inputs.files);
     return inputs;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/shared/manifest.h"
 #include "apps/track/options.h"
 #include "raylign/volume.h"
 
@@ -27,6 +28,7 @@ struct TrackInputs {
     double frame_step = 1;  ///< usual distance of two numbers
     std::vector<std::string> notes;
     std::vector<std::filesystem::path> files;  ///< every file read, without the frames
+    InputHashes hashes;                        ///< of them
     double load_s = 0;
 
     [[nodiscard]] std::vector<std::string> view_names() const;

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <numbers>
 
 #include "apps/shared/interrupt.h"
 #include "apps/shared/lines.h"
 #include "apps/shared/manifest.h"
 #include "core/base/error.h"
+#include "core/base/fault_text.h"
 #include "core/base/number_text.h"
 #include "core/base/text.h"
 #include "core/io/files/output.h"
@@ -90,21 +92,34 @@ Json joint_json(const TrackReport& report, std::size_t joint) {
     return json;
 }
 
-Json hashes_json(const TrackReport& report) {
-    Json list = Json::array();
-    for (const auto& [name, file] : report.hashed) list.push_back({{"path", name}, {"sha256", sha256_of_file(file)}});
-    return list;
-}
-
 std::string stop_text(const TrackReport& report) {
     if (report.complete()) return "";
     try {
         std::rethrow_exception(report.record.stopped_by);
     } catch (const Interrupted&) {
         return "interrupted";
-    } catch (const Error& error) {
-        return error.what();
+    } catch (const std::exception& failure) {
+        return fault_text(failure);
     }
+}
+
+/// Which frames could not be tracked, and why: a line each, so that nobody need look for them in a table.
+std::string gap_lines(const TrackReport& report) {
+    constexpr std::size_t kMost = 10;
+    std::map<int, std::string> reasons;  // the objects share the frame's fault
+    for (const TrajectoryRow& row : report.record.rows) {
+        if (row.frame.status == TrackStatus::missing) reasons[row.frame.frame] = joined(row.frame.reasons, "; ");
+    }
+    std::string text;
+    std::size_t shown = 0;
+    for (const auto& [frame, reason] : reasons) {
+        if (++shown > kMost) break;
+        text += line("missing", "frame " + std::to_string(frame) + ": " + reason);
+    }
+    if (reasons.size() > kMost) {
+        text += line("missing", std::to_string(reasons.size() - kMost) + " more, see trajectory.csv");
+    }
+    return text;
 }
 
 std::vector<std::string> verdict_reasons(const TrackReport& report) {
@@ -147,7 +162,7 @@ std::string track_json(const TrackReport& report) {
     backend["passed_over"] = passed_over_json(report.passed_over);
     Json json{{"raylign", RAYLIGN_VERSION},
               {"command", report.invocation.command_line},
-              {"inputs", hashes_json(report)},
+              {"inputs", inputs_json(report.hashed)},
               {"backend", backend},
               {"machine", machine_json()},
               {"seed", report.options.method.seed},
@@ -177,6 +192,7 @@ std::string track_json(const TrackReport& report) {
 std::string track_summary(const TrackReport& report) {
     std::string text = report.ok() ? "tracked\n" : "DOUBTFUL: look at the flagged frames\n";
     for (const std::string& reason : verdict_reasons(report)) text += line("why", reason);
+    text += gap_lines(report);
     for (const TrackObject& object : report.inputs.objects) {
         const auto frames = frames_of(report.record.rows, object.name);
         const Json error = spread(frames, &TrackFrame::expected_error_mm);

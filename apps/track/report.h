@@ -20,10 +20,9 @@ struct TrackReport {
     BackendInfo backend;
     std::vector<BackendStatus> passed_over;
     std::vector<std::vector<JointRow>> joints;  ///< one table per joint
-    /// Inputs by the name to show and the file to hash: what was read, and the lists of the frames' hashes.
-    std::vector<std::pair<std::string, std::filesystem::path>> hashed;
-    std::vector<std::string> notes;    ///< of reading, and of what was left out
-    std::vector<std::string> outputs;  ///< file names in the output folder
+    InputHashes hashed;                         ///< what was read, and the lists of the frames' hashes
+    std::vector<std::string> notes;             ///< of reading, and of what was left out
+    std::vector<std::string> outputs;           ///< file names in the output folder
     double total_s = 0;
 
     [[nodiscard]] std::string joint_name(std::size_t joint) const;  ///< "femur_tibia"

@@ -9,6 +9,7 @@
 #include "apps/shared/interrupt.h"
 #include "apps/shared/lines.h"
 #include "core/base/error.h"
+#include "core/io/files/output.h"
 
 namespace raylign::detail::apps {
 
@@ -49,6 +50,33 @@ std::vector<const TrackFrame*> frames_of(const std::vector<TrajectoryRow>& rows,
     return frames;
 }
 
+namespace {
+
+constexpr std::size_t kSha256Digits = 64;
+
+/// A frame that cannot be read is a gap and gets dashes.
+std::string hash_or_dashes(const std::filesystem::path& file) {
+    try {
+        return sha256_of_file(file);
+    } catch (const Error&) {
+        return std::string(kSha256Digits, '-');
+    }
+}
+
+void hash_frames(const FrameSet& frames, TrackRecord& record) {
+    const auto begin = Clock::now();
+    record.frame_hashes.resize(frames.files.size());
+    for (std::size_t v = 0; v < frames.files.size(); ++v) {
+        if (!frames.files[v]) continue;
+        std::vector<HashedFile>& hashed = record.frame_hashes[v];
+        const std::string name = frames.files[v]->file.string();
+        if (hashed.empty() || hashed.back().path != name) hashed.push_back({name, hash_or_dashes(name)});
+    }
+    record.hash_s += seconds_since(begin);
+}
+
+}  // namespace
+
 TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend, ProgressBar::Show show,
                       TrackJournal& journal, const RunControl& control) {
     TrackRecord record;
@@ -69,6 +97,7 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
             const auto read_begin = Clock::now();
             const Instant instant = reader.read(set);
             record.read_s += seconds_since(read_begin);
+            hash_frames(set, record);
             const auto track_begin = Clock::now();
             std::vector<TrajectoryRow> rows;
             for (std::size_t i = 0; i < trackers.size(); ++i) {
@@ -86,7 +115,7 @@ TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Ba
             bar.draw(
                 track_progress_line(record.instants, inputs.frames.size(), record.rows.back(), seconds_since(begin)));
         }
-    } catch (const std::runtime_error&) {  // Error and Interrupted
+    } catch (const std::exception&) {  // whatever it is, what was found is kept
         if (record.rows.empty()) throw;
         record.stopped_by = std::current_exception();
     }

@@ -37,7 +37,10 @@ struct TrackRecord {
     std::size_t instants = 0;         ///< frames done
     std::vector<std::string> notes;   ///< of reading
     std::exception_ptr stopped_by;    ///< why it ended early; none = complete
-    double read_s = 0, track_s = 0;   ///< wall time of reading frames and of registering
+    /// Per view its files, each once, hashed when they were read; dashes for one that cannot be.
+    std::vector<std::vector<HashedFile>> frame_hashes;
+    double hash_s = 0;
+    double read_s = 0, track_s = 0;  ///< wall time of reading frames and of registering
 };
 
 /// The rows of one object.

@@ -7,6 +7,9 @@
 
 #include <atomic>
 #include <optional>
+#include <stdexcept>
+
+#include "raylign/error.h"
 
 namespace raylign::detail::cpu {
 
@@ -33,15 +36,18 @@ void Workers::run(std::size_t count, const void* object, void (*turn)(const void
     // In order, each turn to the thread that is free: threads on neighbouring tiles share voxels in the cache, while
     // TBB's halves of the range make two threads read 10 % more slowly than one (256^3, 256^2).
     std::atomic<std::size_t> next = 0;
-    arena_->arena.execute([&] {
-        tbb::parallel_for(
-            0, threads_,
-            [&](int) {
-                const int slot = tbb::this_task_arena::current_thread_index();
-                for (std::size_t i = next++; i < count; i = next++) turn(object, i, slot);
-            },
-            tbb::simple_partitioner());
-    });
+    const auto share = [&](int) {
+        const int slot = tbb::this_task_arena::current_thread_index();
+        for (std::size_t i = next++; i < count; i = next++) turn(object, i, slot);
+    };
+    try {
+        arena_->arena.execute([&] { tbb::parallel_for(0, threads_, share, tbb::simple_partitioner()); });
+    } catch (const Error&) {
+        throw;
+    } catch (const std::runtime_error&) {  // TBB's way to say that pthread_create failed; turns throw nothing
+        throw Error("the system gives no more threads: --backend cpu works with one by --threads 1",
+                    ErrorKind::unavailable);
+    }
 }
 
 int usable_cores() { return tbb::info::default_concurrency(); }

@@ -11,4 +11,10 @@ std::string fixed(double value, int digits) {
     return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(value);
 }
 
+std::string number_text(double value) {
+    std::array<char, 32> buffer;
+    const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+    return {buffer.data(), result.ptr};
+}
+
 }  // namespace raylign::detail

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/random.h"
 
 namespace raylign {
@@ -26,7 +27,7 @@ Percentiles over(std::span<const TrialOutcome> trials, Get get) {
 
 std::vector<StudyInterval> study_intervals(const StudyBins& bins) {
     const std::string text =
-        std::to_string(bins.low_mm) + ":" + std::to_string(bins.step_mm) + ":" + std::to_string(bins.high_mm);
+        number_text(bins.low_mm) + ":" + number_text(bins.step_mm) + ":" + number_text(bins.high_mm);
     const bool ordered = bins.low_mm >= 0 && bins.low_mm < bins.high_mm && bins.high_mm <= kFarthestMm;
     if (!ordered || !(bins.step_mm > 0 && (bins.high_mm - bins.low_mm) / bins.step_mm <= kMostIntervals)) {
         throw bad_value("bins", text, "LOW:STEP:HIGH with 0 <= LOW < HIGH <= 1000 mm and 1 to 1000 intervals");

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 
 namespace raylign::detail {
 namespace {
@@ -55,8 +56,8 @@ double objective_for_nlopt(unsigned n, const double* x, double* /*gradient*/, vo
 }  // namespace
 
 std::string BobyqaOptions::problem() const {
-    if (!(initial_step > 0)) return "initial_step = " + std::to_string(initial_step) + ": must be positive";
-    if (!(step_tolerance > 0)) return "step_tolerance = " + std::to_string(step_tolerance) + ": must be positive";
+    if (!(initial_step > 0)) return "initial_step = " + number_text(initial_step) + ": must be positive";
+    if (!(step_tolerance > 0)) return "step_tolerance = " + number_text(step_tolerance) + ": must be positive";
     if (max_evaluations < 1 || max_evaluations > 1000000) {
         return "max_evaluations = " + std::to_string(max_evaluations) + ": must be in [1, 1000000]";
     }

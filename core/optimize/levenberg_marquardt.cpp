@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
+#include "core/base/number_text.h"
 
 namespace raylign::detail {
 namespace {
@@ -31,12 +32,12 @@ Eigen::VectorXd damped_step(const LocalModel& model, double damping, double max_
 }  // namespace
 
 std::string LevenbergMarquardtOptions::problem() const {
-    if (!(max_step > 0)) return "max_step = " + std::to_string(max_step) + ": must be positive";
-    if (!(step_tolerance > 0)) return "step_tolerance = " + std::to_string(step_tolerance) + ": must be positive";
+    if (!(max_step > 0)) return "max_step = " + number_text(max_step) + ": must be positive";
+    if (!(step_tolerance > 0)) return "step_tolerance = " + number_text(step_tolerance) + ": must be positive";
     if (!(decrease_tolerance >= 0)) {
-        return "decrease_tolerance = " + std::to_string(decrease_tolerance) + ": must not be negative";
+        return "decrease_tolerance = " + number_text(decrease_tolerance) + ": must not be negative";
     }
-    if (!(initial_damping > 0)) return "initial_damping = " + std::to_string(initial_damping) + ": must be positive";
+    if (!(initial_damping > 0)) return "initial_damping = " + number_text(initial_damping) + ": must be positive";
     if (max_iterations < 1 || max_iterations > 10000) {
         return "max_iterations = " + std::to_string(max_iterations) + ": must be in [1, 10000]";
     }

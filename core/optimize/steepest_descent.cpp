@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 
 namespace raylign::detail {
 namespace {
@@ -101,11 +102,10 @@ private:
 }  // namespace
 
 std::string SteepestDescentOptions::problem() const {
-    if (!(difference_step > 0)) return "difference_step = " + std::to_string(difference_step) + ": must be positive";
-    if (!(step_tolerance > 0)) return "step_tolerance = " + std::to_string(step_tolerance) + ": must be positive";
-    if (!(initial_step > 0)) return "initial_step = " + std::to_string(initial_step) + ": must be positive";
-    if (!(max_step >= initial_step))
-        return "max_step = " + std::to_string(max_step) + ": must be at least initial_step";
+    if (!(difference_step > 0)) return "difference_step = " + number_text(difference_step) + ": must be positive";
+    if (!(step_tolerance > 0)) return "step_tolerance = " + number_text(step_tolerance) + ": must be positive";
+    if (!(initial_step > 0)) return "initial_step = " + number_text(initial_step) + ": must be positive";
+    if (!(max_step >= initial_step)) return "max_step = " + number_text(max_step) + ": must be at least initial_step";
     if (max_iterations < 1 || max_iterations > 10000) {
         return "max_iterations = " + std::to_string(max_iterations) + ": must be in [1, 10000]";
     }

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/registration/policy.h"
 #include "core/registration/strategy/reversed_contrast.h"
+#include "core/base/number_text.h"
 #include "core/registration/strategy/strategy.h"
 #include "core/registration/trust/mirrored.h"
 #include "core/registration/trust/verdict.h"
@@ -61,7 +62,7 @@ std::string ended_early(Run& run) {
         result.termination = stopped.why;
     }
     if (result.termination == Termination::stopped) return "stopped by the caller: the best pose so far";
-    return "the time limit of " + std::to_string(run.options.time_limit_s.value_or(0)) +
+    return "the time limit of " + number_text(run.options.time_limit_s.value_or(0)) +
            " s was over: the best pose so far";
 }
 
@@ -104,10 +105,10 @@ void name_suspicion(Run& run, bool may_look) {
 void detail::check_options(const RegistrationOptions& options, const Backend& backend) {
     const auto in_range = [](const char* what, std::optional<double> value, double low, double high,
                              const char* allowed) {
-        if (value && !(*value >= low && *value <= high)) throw bad_value(what, std::to_string(*value), allowed);
+        if (value && !(*value >= low && *value <= high)) throw bad_value(what, number_text(*value), allowed);
     };
     const auto positive = [](const char* what, std::optional<double> value, double high, const char* allowed) {
-        if (value && !(*value > 0 && *value <= high)) throw bad_value(what, std::to_string(*value), allowed);
+        if (value && !(*value > 0 && *value <= high)) throw bad_value(what, number_text(*value), allowed);
     };
     in_range("levels", options.levels, 1, 8, "in [1, 8]");
     in_range("max_iterations_per_level", options.max_iterations_per_level, 1, 10000, "in [1, 10000]");

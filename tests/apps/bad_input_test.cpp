@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "raylign/io/image.h"
 #include "tests/apps/small_case.h"
@@ -79,6 +80,50 @@ TEST_F(BadInput, NumbersOutOfRangeAreRefused) {
     expect_refused(scene.register_arguments({"--max-iterations", "0"}), 2, {"0", "1"});
     expect_refused(scene.register_arguments({"--threads", "many"}), 2, {"--threads"});
     expect_refused(scene.register_arguments({"--projector", "trilinear", "--step", "-1"}), 2, {"step"});
+}
+
+TEST_F(BadInput, WholeNumbersAreShownAsSuch) {
+    expect_refused(scene.register_arguments({"--levels", "9"}), 2, {"levels = 9: "});
+    expect_refused(scene.register_arguments({"--time-limit", "-0.5"}), 2, {"time limit = -0.5: "});
+}
+
+TEST_F(BadInput, NegativeSeedsAreRefusedByAllCommands) {
+    const std::vector<std::string> inputs{
+        "-v", folder.path("spine.mha"), "--attenuation", "--views", folder.path("xrays/views.json"),
+        "-o", folder.path("x")};
+    const auto refused = [&](std::vector<std::string> arguments, const std::string& pose) {
+        arguments.insert(arguments.end(), inputs.begin(), inputs.end());
+        arguments.insert(arguments.end(), {pose, folder.path("truth.json"), "--seed=-1"});
+        expect_refused(arguments, 2, {"--seed = -1", "[0, 2^64)"});
+    };
+    refused({"study"}, "--truth");
+    refused({"compare"}, "--pose");
+    refused({"drr"}, "--pose");
+    refused({"register"}, "--start");
+}
+
+TEST_F(BadInput, AFifoIsRefusedAtOnceWhereverAFileIsRead) {
+    for (const char* name : {"ct.nii", "ct.mha", "views.json", "pose.json", "pose.tfm", "targets.csv", "marks.fcsv"}) {
+        ASSERT_EQ(::mkfifo(folder.path(name).c_str(), 0600), 0);
+    }
+    expect_refused(with("-v", folder.path("ct.nii")), 2, {"ct.nii", "FIFO"});
+    expect_refused(with("-v", folder.path("ct.mha")), 2, {"ct.mha", "FIFO"});
+    expect_refused(with("--views", folder.path("views.json")), 2, {"views.json", "FIFO"});
+    expect_refused(with("--start", folder.path("pose.json")), 2, {"pose.json", "FIFO"});
+    expect_refused(with("--truth", folder.path("pose.tfm")), 2, {"pose.tfm", "FIFO"});
+    expect_refused(with("--targets", folder.path("targets.csv")), 2, {"targets.csv", "FIFO"});
+    expect_refused(with("-v", "/dev/zero"), 2, {"/dev/zero", "device"});
+    expect_refused(with("--views", folder.folder().string()), 2, {"folder"});
+}
+
+TEST_F(BadInput, NamesWithControlCharactersAreShownOnOneLine) {
+    expect_refused(with("-v", folder.path("a\x1b[31m\nraylign: all is well\x07.nii")), 2,
+                   {"a\\x1b[31m\\nraylign: all is well\\x07.nii does not exist"});
+    write_text_file(folder.path("long.json"),
+                    R"({"raylign": 1, "world_from_ct": ")" + std::string(3000000, 'x') + R"("})");
+    const ProgramResult result = run_raylign(with("--start", folder.path("long.json")));
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_LT(result.err.size(), 6000u);
 }
 
 TEST_F(BadInput, MissingFilesAreNamed) {

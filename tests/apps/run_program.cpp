@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -36,8 +37,9 @@ void redirect(int stream, const std::string& file) {
 
 void nothing(pid_t) {}
 
-ProgramResult run(const std::vector<std::string>& arguments, const std::function<void(pid_t)>& meanwhile,
-                  rlim_t longest_file = RLIM_INFINITY) {
+ProgramResult run(
+    const std::vector<std::string>& arguments, const std::function<void(pid_t)>& meanwhile,
+    rlim_t longest_file = RLIM_INFINITY, const std::function<void()>& change_output = [] {}) {
     const TestFolder capture;
     const std::string out = capture.path("out"), err = capture.path("err");
     std::vector<std::string> words{RAYLIGN_PROGRAM};
@@ -50,6 +52,7 @@ ProgramResult run(const std::vector<std::string>& arguments, const std::function
     if (child == 0) {
         redirect(STDOUT_FILENO, out);
         redirect(STDERR_FILENO, err);
+        change_output();
         const rlimit limit{longest_file, longest_file};
         signal(SIGXFSZ, SIG_IGN);  // the write fails instead of ending the program
         setrlimit(RLIMIT_FSIZE, &limit);
@@ -79,14 +82,33 @@ ProgramResult run_raylign_on_full_disk(const std::vector<std::string>& arguments
     return run(arguments, nothing, bytes);
 }
 
-ProgramResult run_raylign_and_signal(const std::vector<std::string>& arguments, int signal,
-                                     const fs::path& ready_file_in) {
+ProgramResult run_raylign_and(const std::vector<std::string>& arguments, const std::function<bool()>& is_ready,
+                              const std::function<void(int)>& then) {
     return run(arguments, [&](pid_t child) {
         const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-        while (!has_hidden_entry(ready_file_in) && std::chrono::steady_clock::now() < deadline) {
+        while (!is_ready() && std::chrono::steady_clock::now() < deadline) {
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
         }
-        kill(child, signal);
+        then(child);
+    });
+}
+
+ProgramResult run_raylign_and_signal(const std::vector<std::string>& arguments, int signal,
+                                     const fs::path& ready_file_in) {
+    return run_raylign_and(
+        arguments, [&] { return has_hidden_entry(ready_file_in); }, [&](int process) { kill(process, signal); });
+}
+
+ProgramResult run_raylign_unheard(const std::vector<std::string>& arguments, DeadOutput output) {
+    return run(arguments, nothing, RLIM_INFINITY, [output] {
+        if (output == DeadOutput::closed) {
+            close(STDOUT_FILENO);
+            return;
+        }
+        std::array<int, 2> ends{};
+        if (pipe(ends.data()) != 0 || dup2(ends[1], STDOUT_FILENO) < 0) _exit(126);
+        close(ends[0]);
+        close(ends[1]);
     });
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,15 @@ struct ProgramResult {
 /// the run is under way).
 [[nodiscard]] ProgramResult run_raylign_and_signal(const std::vector<std::string>& arguments, int signal,
                                                    const std::filesystem::path& ready_file_in);
+
+/// The same, but calls `then` with its process once `is_ready` says so.
+[[nodiscard]] ProgramResult run_raylign_and(const std::vector<std::string>& arguments,
+                                            const std::function<bool()>& is_ready,
+                                            const std::function<void(int process)>& then);
+
+/// The same with standard output closed, or a pipe that nobody reads.
+enum class DeadOutput { closed, broken_pipe };
+[[nodiscard]] ProgramResult run_raylign_unheard(const std::vector<std::string>& arguments, DeadOutput output);
 
 /// The same, where no file may grow beyond `bytes`: writes fail as they do on a full disk.
 [[nodiscard]] ProgramResult run_raylign_on_full_disk(const std::vector<std::string>& arguments, std::size_t bytes);

@@ -1,6 +1,7 @@
 #pragma once
 
 // Files: needs the component io of the installed package.
+#include "raylign/io/decoding.h"
 #include "raylign/io/frames.h"
 #include "raylign/io/geometry.h"
 #include "raylign/io/image.h"

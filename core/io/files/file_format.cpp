@@ -1,15 +1,16 @@
 #include "core/io/files/file_format.h"
 
+#include <unistd.h>
+
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <fstream>
-#include <memory>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/io/dicom/dicom_tags.h"
+#include "core/io/files/regular_file.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
 
@@ -74,16 +75,11 @@ std::optional<FileFormat> format_of(const std::filesystem::path& path) {
 }
 
 void check_readable_file(const std::filesystem::path& path) {
-    std::error_code failure;
-    const std::filesystem::file_status status = std::filesystem::status(path, failure);
-    if (status.type() == std::filesystem::file_type::not_found) throw Error(path.string() + " does not exist");
-    if (failure) throw Error(path.string() + " cannot be read: " + failure.message());
-    if (status.type() == std::filesystem::file_type::directory) {
-        throw Error(path.string() + " is a folder: must be a file");
-    }
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-    if (!file) throw Error(path.string() + " cannot be read: " + system_reason(errno));
-    if (std::fgetc(file.get()) == EOF) throw Error(path.string() + " is empty (0 bytes)");
+    const Descriptor file = open_regular_file(path);
+    char first = 0;
+    const ssize_t count = ::read(file.number(), &first, 1);
+    if (count < 0) throw Error(path.string() + " cannot be read: " + system_reason(errno));
+    if (count == 0) throw Error(path.string() + " is empty (0 bytes)");
 }
 
 }  // namespace raylign::detail

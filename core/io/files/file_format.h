@@ -14,7 +14,8 @@ enum class FileFormat { nifti, meta, nrrd, tiff, png, jpeg, dicom };
 
 [[nodiscard]] bool has_dicom_mark(const std::filesystem::path& path);
 
-/// Throws Error with the system's reason where the file is missing, a folder, empty or may not be read.
+/// The one rule for every input file: throws Error, with the system's reason, where it is missing, empty, may not be
+/// read, or is no regular file (a folder, FIFO, socket or device; /dev/stdin is one where a file was redirected to it).
 void check_readable_file(const std::filesystem::path& path);
 
 }  // namespace raylign::detail

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <vector>
 
 #include "core/io/files/file_format.h"
+#include "core/io/files/regular_file.h"
 #include "core/io/files/text.h"
 #include "core/io/files/text_file.h"
 
@@ -135,8 +134,7 @@ json parse(std::istringstream& stream, DuplicateKeys& keys, const std::string& n
 
 json read_json(const std::filesystem::path& path) {
     check_readable_file(path);
-    std::ifstream file(path, std::ios::binary);
-    std::string bytes(std::istreambuf_iterator<char>(file), {});
+    std::string bytes = regular_file_bytes(path);
     refuse_utf16(bytes, path);
     // The parser takes a NUL for the end and would not look at what follows.
     const std::size_t nul = bytes.find('\0');

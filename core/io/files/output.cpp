@@ -2,17 +2,20 @@
 
 #include <fcntl.h>
 #include <openssl/evp.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <system_error>
+#include <tuple>
 
 #include "core/base/error.h"
+#include "core/io/files/regular_file.h"
 #include "core/io/files/temporary_file.h"
 
 namespace raylign::detail {
@@ -52,15 +55,51 @@ std::vector<fs::path> missing_folders(const fs::path& wanted) {
     return missing;
 }
 
+constexpr std::string_view kStaging = ".raylign-staging-";
+
 fs::path make_staging(const fs::path& folder) {
-    std::string name = (folder / ".raylign-staging-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw not_writable(folder, detail::system_reason(errno));
+    std::string name = (folder / (std::string(kStaging) + "XXXXXX")).string();
+    if (::mkdtemp(name.data()) == nullptr) throw not_writable(folder, system_reason(errno));
     return name;
+}
+
+/// Opens a folder and locks it for as long as it is open; closed where it is not there, or locked already.
+Descriptor locked_folder(const fs::path& folder) {
+    Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW));
+    if (opened.is_open() && ::flock(opened.number(), LOCK_EX | LOCK_NB) != 0) return {};
+    return opened;
+}
+
+/// A staging folder and its lock. Another run may take it for a dead one's before it is locked: then the next is tried.
+/// Where the file system knows no locks it stays unlocked, and nobody removes it.
+std::pair<fs::path, Descriptor> make_locked_staging(const fs::path& folder) {
+    constexpr int kTries = 100;
+    for (int i = 0; i < kTries; ++i) {
+        const fs::path staging = make_staging(folder);
+        Descriptor lock = locked_folder(staging);
+        if (fs::exists(staging)) return {staging, std::move(lock)};
+    }
+    throw not_writable(folder, "other runs remove what this one makes there");
+}
+
+/// Removes the staging folders that killed runs of this user left. That of a run at work is locked.
+void remove_dead_staging(const fs::path& folder) {
+    std::error_code ignored;
+    std::vector<fs::path> dead;
+    for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
+        if (entry->path().filename().string().starts_with(kStaging)) dead.push_back(entry->path());
+    }
+    for (const fs::path& staging : dead) {
+        const Descriptor lock = locked_folder(staging);
+        struct stat status {};
+        if (!lock.is_open() || ::fstat(lock.number(), &status) != 0 || status.st_uid != ::geteuid()) continue;
+        fs::remove_all(staging, ignored);
+    }
 }
 
 void write_all(const fs::path& path, std::string_view text) {
     const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) throw not_writable(path, detail::system_reason(errno));
+    if (file < 0) throw not_writable(path, system_reason(errno));
     int failure = 0;
     while (!text.empty() && failure == 0) {
         const ssize_t written = ::write(file, text.data(), text.size());
@@ -71,7 +110,7 @@ void write_all(const fs::path& path, std::string_view text) {
         }
     }
     if (::close(file) != 0 && failure == 0) failure = errno;  // network folders report a full disk here
-    if (failure != 0) throw not_writable(path, detail::system_reason(failure));
+    if (failure != 0) throw not_writable(path, system_reason(failure));
 }
 
 /// One file of a commit: a hard link keeps the older file reachable until all are in place.
@@ -103,7 +142,8 @@ OutputFolder::OutputFolder(const fs::path& folder) : folder_(fs::absolute(folder
             if (failure) throw not_makeable(folder_, failure.message());
             made_folders_.push_back(path);
         }
-        staging_ = make_staging(folder_);
+        remove_dead_staging(folder_);
+        std::tie(staging_, lock_) = make_locked_staging(folder_);
     } catch (...) {
         remove_made_folders();
         throw;
@@ -157,23 +197,21 @@ void OutputFolder::commit() {
 }
 
 void write_text(const fs::path& path, std::string_view text) {
-    detail::TemporaryFile temporary(path);
+    TemporaryFile temporary(path);
     write_all(temporary.path(), text);
     temporary.commit();
 }
 
 std::string sha256_of_file(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file || fs::is_directory(path))
-        throw Error(path.string() + " cannot be read: " + detail::system_reason(errno));
+    const Descriptor file = open_regular_file(path);
     const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> hash(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
     EVP_DigestInit_ex(hash.get(), EVP_sha256(), nullptr);
     std::vector<char> block(1 << 20);
-    while (file) {
-        file.read(block.data(), static_cast<std::streamsize>(block.size()));
-        EVP_DigestUpdate(hash.get(), block.data(), static_cast<std::size_t>(file.gcount()));
+    for (ssize_t count; (count = ::read(file.number(), block.data(), block.size())) != 0;) {
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) throw Error(path.string() + " cannot be read to its end: " + system_reason(errno));
+        EVP_DigestUpdate(hash.get(), block.data(), static_cast<std::size_t>(count));
     }
-    if (file.bad()) throw Error(path.string() + " cannot be read to its end");
     std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
     unsigned int length = 0;
     EVP_DigestFinal_ex(hash.get(), digest.data(), &length);

@@ -5,11 +5,13 @@
 #include <string_view>
 #include <vector>
 
+#include "core/io/decode/packets.h"
+
 namespace raylign::detail {
 
 /// Files of one run, staged in a hidden folder inside the output folder and moved into place together by commit().
 /// Destroyed without commit (an error, Ctrl-C) it removes the staging folder: nothing old is lost, nothing half
-/// written.
+/// written. What a killed run left there is removed by the next: the staging folder of a run at work is locked.
 class OutputFolder {
 public:
     /// Makes `folder` if missing. Throws Error where it cannot be made or written (named, with the system's reason).
@@ -28,6 +30,7 @@ private:
     void remove_made_folders() noexcept;
 
     std::filesystem::path folder_, staging_;
+    Descriptor lock_;  ///< of the staging folder
     std::vector<std::string> names_;
     std::vector<std::filesystem::path> made_folders_;  ///< outermost first; removed again if the run leaves them empty
     bool committed_ = false;

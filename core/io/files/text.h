@@ -6,10 +6,9 @@
 #include <string_view>
 #include <vector>
 
-namespace raylign::detail {
+#include "core/base/number_text.h"
 
-/// Shortest text that reads back as the same number, whatever the locale.
-[[nodiscard]] std::string number_text(double value);
+namespace raylign::detail {
 
 /// The whole of `text` (blanks around it allowed) as a number, whatever the locale; empty where it is not one.
 [[nodiscard]] std::optional<double> number_from(std::string_view text);

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/camera.h"
+#include "core/io/decode/small_files.h"
 #include "core/io/files/text.h"
 #include "core/io/geometry/distortion.h"
 #include "core/io/geometry/importers.h"
@@ -213,6 +214,7 @@ void take_pose(const OpencvFile& file, const std::string& where, StoredProjectio
 std::vector<GeometryView> read_opencv(const std::filesystem::path& path, const GeometryHints& hints) {
     const std::string where = path.string();
     refuse_foreign_opencv_hints(hints, where);
+    try_in_own_process(path, [](const std::filesystem::path& file) { (void)OpencvFile(file); });  // yaml-cpp
     const OpencvFile file(path);
     if (const std::string stem = pair_name(file); !stem.empty()) return read_pair(file, stem, hints, path);
     refuse_hint(hints.item != 0, "a frame or projection", "OpenCV's YAML of one camera", where);

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/io/decode/small_files.h"
 #include "core/io/files/text.h"
 #include "core/io/geometry/importers.h"
 #include "core/io/geometry/stored_projection.h"
@@ -220,6 +221,7 @@ std::vector<GeometryView> read_rtk(const std::filesystem::path& path, const Geom
     refuse_hint(hints.primary_angle_deg || hints.secondary_angle_deg, "an angle", "RTK's XML", where);
     refuse_hint(hints.unit_mm.has_value(), "unit_mm", "RTK's XML", where);
     refuse_hint(hints.undistorted.has_value(), "undistorted", "RTK's XML", where);
+    try_in_own_process(path, [](const std::filesystem::path& file) { (void)RtkParser(file).parse(); });  // expat
     const std::vector<RtkProjection> projections = RtkParser(path).parse();
     const int count = static_cast<int>(projections.size());
     if (hints.item < 0 || hints.item > count) {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/fault_text.h"
 #include "core/io/files/text.h"
 
 namespace raylign {
@@ -63,7 +64,8 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
     for (std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, problem), end;
          !problem && entry != end; entry.increment(problem)) {
         std::error_code ignored;
-        if (entry->path().filename().string().front() == '.' || !entry->is_regular_file(ignored)) continue;
+        // What is no file (a FIFO, a link to nothing) stays in the list: reading it says so, and costs one frame.
+        if (entry->path().filename().string().front() == '.' || entry->is_directory(ignored)) continue;
         files.push_back(folder / entry->path().filename());
     }
     if (problem) throw Error("folder " + folder.string() + " cannot be read: " + problem.message());
@@ -128,12 +130,14 @@ std::vector<FrameFile> list_frames(const std::filesystem::path& pattern) {
 
 std::vector<FrameFile> list_frames(const std::vector<std::filesystem::path>& files) {
     std::vector<FrameFile> frames;
+    bool is_any_there = false;
     for (const std::filesystem::path& file : files) {
         std::error_code ignored;
-        if (!std::filesystem::is_regular_file(file, ignored)) throw Error("frame " + file.string() + ": no such file");
+        is_any_there = is_any_there || std::filesystem::exists(file, ignored);
         frames.push_back({static_cast<int>(frames.size()) + 1, file, 0});
     }
     if (frames.empty()) throw Error("frames: must name at least one file");
+    if (!is_any_there) throw Error("frame " + files.front().string() + ": no such file, nor any other of the list");
     return frames;
 }
 
@@ -144,11 +148,17 @@ FrameReader& FrameReader::operator=(FrameReader&&) noexcept = default;
 
 RawXray FrameReader::read(const FrameFile& frame) {
     if (frame.frame == 0) return read_xray(frame.file);
-    if (!file_ || path_ != frame.file) {
+    if (path_ != frame.file) {
         file_.reset();  // before the next one takes memory
-        file_ = std::make_unique<XrayFile>(frame.file);
+        failure_.clear();
         path_ = frame.file;
+        try {
+            file_ = std::make_unique<XrayFile>(frame.file);
+        } catch (const std::exception& failure) {
+            failure_ = fault_text(failure);
+        }
     }
+    if (!file_) throw Error(failure_);  // what does not read for one of its frames does not for a thousand
     return file_->frame(frame.frame);
 }
 

@@ -150,18 +150,9 @@ RawXray XrayFile::frame(int number) const {
 }
 
 Eigen::Vector2i xray_size_px(const std::filesystem::path& path) {
-    struct HeaderRead {};  // thrown to end the reading: it goes no further than this function
-    Eigen::Vector2i size_px;
-    try {
-        (void)detail::read_raster(path, [&](const Raster& header) {
-            check_image(header, path);
-            size_px = {header.size[0], header.size[1]};
-            throw HeaderRead{};
-        });
-    } catch (const HeaderRead&) {
-        return size_px;
-    }
-    throw Error(path.string() + " has no header");
+    const Raster header = detail::read_raster_header(path);
+    check_image(header, path);
+    return {header.size[0], header.size[1]};
 }
 
 int xray_frame_count(const std::filesystem::path& path) {

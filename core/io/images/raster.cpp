@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "core/io/dicom/dicom_raster.h"
+#include "core/base/fault_text.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
 #include "core/io/images/headered_file.h"
@@ -132,13 +133,13 @@ auto with_errors(const std::string& what, Action&& action) {
     } catch (const std::length_error&) {
         throw Error(what + ": not enough memory for the size its header states");
     } catch (const std::exception& failure) {
-        throw Error(what + ": " + failure.what());
+        throw Error(what + ": " + fault_text(failure));
     }
 }
 
 }  // namespace
 
-Raster read_raster(const std::filesystem::path& path, const std::function<void(const Raster&)>& check) {
+Raster read_raster_here(const std::filesystem::path& path, const std::function<void(const Raster&)>& check) {
     check_readable_file(path);
     const std::optional<FileFormat> format = format_of(path);
     if (!format) {
@@ -164,7 +165,7 @@ void write_raster(const std::filesystem::path& path, const Raster& raster) {
     });
     Raster again;
     try {
-        again = read_raster(temporary.path());
+        again = read_raster_here(temporary.path());
     } catch (const Error& failure) {
         throw Error(what + ": " + failure.what());
     }

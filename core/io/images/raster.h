@@ -48,9 +48,17 @@ void set_size(Raster& raster, const std::vector<int>& size);
 /// "64 x 64 x 20"
 [[nodiscard]] std::string size_text(std::span<const int> size);
 
-/// Reads a file. `check` sees everything but the pixels first and may throw. Throws Error for anything unreadable.
+/// Reads a file. `check` sees everything but the pixels first and may throw. Throws Error for anything unreadable. The
+/// file is decoded in a process of its own (core/io/decode/).
 [[nodiscard]] Raster read_raster(const std::filesystem::path& path,
                                  const std::function<void(const Raster&)>& check = {});
+
+/// Everything but the pixels.
+[[nodiscard]] Raster read_raster_header(const std::filesystem::path& path);
+
+/// read_raster by this process: for files of our own, and where there is no other process.
+[[nodiscard]] Raster read_raster_here(const std::filesystem::path& path,
+                                      const std::function<void(const Raster&)>& check = {});
 
 /// Writes to a temporary name, reads back and compares (ITK's writers do not all notice a full disk), then renames.
 void write_raster(const std::filesystem::path& path, const Raster& raster);

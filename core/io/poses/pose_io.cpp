@@ -2,6 +2,7 @@
 
 #include "core/base/error.h"
 #include "core/io/dicom/dicom_tags.h"
+#include "core/io/decode/small_files.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/output.h"
@@ -21,6 +22,10 @@ RigidTransform pose_from_json(const std::filesystem::path& path) {
     detail::check_format_version(root);
     const detail::JsonNode matrix = root.at("world_from_ct");
     return rigid_from_matrix(matrix.matrix<4, 4>(), matrix.where());
+}
+
+RigidTransform pose_from_hdf5(const std::filesystem::path& path) {
+    return inverse(detail::rigid_from_transforms(detail::read_hdf5_transforms(path), path.string()));
 }
 
 std::string itk_text(const RigidTransform& ct_from_world) {
@@ -62,9 +67,7 @@ RigidTransform read_pose(const std::filesystem::path& path, const std::filesyste
     if (extension == ".tfm" || extension == ".txt") {
         return inverse(detail::rigid_from_transforms(detail::read_text_transforms(path), path.string()));
     }
-    if (extension == ".h5" || extension == ".hdf5") {
-        return inverse(detail::rigid_from_transforms(detail::read_hdf5_transforms(path), path.string()));
-    }
+    if (extension == ".h5" || extension == ".hdf5") return pose_in_own_process(path, &pose_from_hdf5);
     if (extension == ".jts" || extension == ".jtak" || extension == ".jta") return only_pose(path);
     throw bad_value("format of the pose", extension, ".json, .tfm, .txt, .h5, .hdf5, .dcm, .jts, .jtak or .jta",
                     path.string());

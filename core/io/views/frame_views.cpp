@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/io/geometry/distortion.h"
+#include "core/base/fault_text.h"
 #include "core/io/geometry/stored_projection.h"
 
 namespace raylign {
@@ -149,18 +150,17 @@ Instant InstantReader::read(const FrameSet& frames) {
             return instant;
         }
         const FrameFile& file = *frames.files[v];
-        Eigen::Vector2i size_px = views_.views[v].geometry.camera.size_px;
         try {
             RawXray raw = readers_[v].read(file);
-            size_px = {raw.image.width, raw.image.height};
-            if (size_px == views_.views[v].geometry.camera.size_px) {
-                instant.views.push_back(make_view(v, file, std::move(raw)));
-            }
-        } catch (const Error& error) {
+            check_size({raw.image.width, raw.image.height}, views_.views[v], file);
+            instant.views.push_back(make_view(v, file, std::move(raw)));
+        } catch (const Error& error) {  // names the file
             instant.gap = label + ": " + error.what();
             return instant;
+        } catch (const std::exception& failure) {  // whatever is wrong: it costs this frame, not the sequence
+            instant.gap = label + ": " + name_of(file) + ": " + fault_text(failure);
+            return instant;
         }
-        check_size(size_px, views_.views[v], file);
         if (instant.views.back().image.empty()) {
             instant.gap = label + ": " + name_of(file) + " is empty (all pixels have one value)";
             return instant;

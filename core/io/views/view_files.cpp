@@ -66,6 +66,20 @@ ViewPixels read_view_pixels(const ViewFiles& files, ReadImages images, const std
     return pixels;
 }
 
+Eigen::Vector2i frame_size_px(const std::vector<FrameFile>& frames) {
+    constexpr std::size_t kMostTried = 100;
+    std::string first_fault;
+    for (std::size_t i = 0; i < std::min(frames.size(), kMostTried); ++i) {
+        if (i > 0 && frames[i].file == frames[i - 1].file) continue;
+        try {
+            return xray_size_px(frames[i].file);
+        } catch (const Error& error) {
+            if (i == 0) first_fault = error.what();
+        }
+    }
+    throw Error(first_fault);
+}
+
 void append_view(const std::string& name, const GeometryView& geometry, ViewPixels pixels, const ViewFiles& files,
                  const std::string& where, ViewsFile& result) {
     if (is_name_taken(name, result)) {

@@ -26,6 +26,10 @@ struct ViewPixels {
 [[nodiscard]] ViewPixels read_view_pixels(const ViewFiles& files, ReadImages images, const std::string& where,
                                           ViewsFile& result);
 
+/// Columns and rows of the first frame that can be read: one that cannot is a gap later. Throws what is wrong with the
+/// first where that holds for all (of very many: for the first hundred).
+[[nodiscard]] Eigen::Vector2i frame_size_px(const std::vector<FrameFile>& frames);
+
 /// Puts the view together: checks sizes, turns the pixels, makes line integrals of them, and appends it to `result`
 /// with its origin and notes. Throws Error for sizes that differ and for a name that is taken already.
 void append_view(const std::string& name, const GeometryView& geometry, ViewPixels pixels, const ViewFiles& files,

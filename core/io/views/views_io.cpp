@@ -156,7 +156,7 @@ void read_view(const JsonNode& node, const std::filesystem::path& folder, const 
     }
     detail::ViewPixels pixels = detail::read_view_pixels(files, options.images, where, result);
     std::optional<Eigen::Vector2i> image_size_px;
-    if (!files.frames.empty()) image_size_px = xray_size_px(files.frames.front().file);
+    if (!files.frames.empty()) image_size_px = detail::frame_size_px(files.frames);
     if (!pixels.xray.image.empty()) {
         image_size_px = Eigen::Vector2i(pixels.xray.image.width, pixels.xray.image.height);
     }
@@ -223,7 +223,7 @@ void append_geometry_file(const std::filesystem::path& path, const std::filesyst
     result.files.push_back(path);
     detail::ViewPixels pixels = detail::read_view_pixels(files, options.images, path.string(), result);
     GeometryHints hints;
-    if (!files.frames.empty()) hints.size_px = xray_size_px(files.frames.front().file);
+    if (!files.frames.empty()) hints.size_px = detail::frame_size_px(files.frames);
     if (!pixels.xray.image.empty()) {
         hints.size_px = Eigen::Vector2i(pixels.xray.image.width, pixels.xray.image.height);
     }

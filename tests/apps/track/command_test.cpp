@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <csignal>
@@ -274,6 +275,51 @@ TEST_F(TrackCommand, AStoppedRunKeepsWhatItHad) {
     EXPECT_EQ(partial()[1].frame.frame, 2);
     journal.remove();
     EXPECT_FALSE(std::filesystem::exists(folder.path("track/trajectory.partial.csv")));
+}
+
+TEST_F(TrackCommand, ABadFrameCostsThatFrameAlone) {
+    constexpr int kFrames = 15;
+    scene.write_femur_frames(1, kFrames);
+    write_text_file(folder.path("AP.0001.tif"), "no image");
+    const std::string whole = read_text(folder.path("LAT.0004.tif"));
+    write_text_file(folder.path("LAT.0004.tif"), whole.substr(0, whole.size() / 2));
+    write_text_file(folder.path("AP.0008.tif"), "");
+    std::filesystem::remove(folder.path("LAT.0010.tif"));
+    ASSERT_EQ(::mkfifo(folder.path("LAT.0010.tif").c_str(), 0600), 0);
+    std::filesystem::remove(folder.path("AP.0012.tif"));
+    const ProgramResult run = run_raylign(scene.femur_alone(
+        {"--frames", "AP=" + folder.path("AP.%d.tif"), "--frames", "LAT=" + folder.path("LAT.*.tif")}));
+    EXPECT_EQ(run.exit_code, 1) << run.err << run.out;
+    for (const char* words :
+         {"10 of 15 frames ok", "frame 1: view AP: ", "AP.0001.tif", "frame 4: ", "LAT.0004.tif",
+          "frame 8: ", "AP.0008.tif", "frame 10: ", "LAT.0010.tif is a FIFO", "frame 12: view AP has no frame 12"}) {
+        EXPECT_THAT(run.out, HasSubstr(words));
+    }
+    const auto rows = read_trajectory(folder.path("track/trajectory.csv"));
+    ASSERT_EQ(rows.size(), 15u);
+    for (const TrajectoryRow& row : rows) {
+        const int n = row.frame.frame;
+        const bool is_bad = n == 1 || n == 4 || n == 8 || n == 10 || n == 12;
+        EXPECT_EQ(row.frame.status, is_bad ? TrackStatus::missing : TrackStatus::ok) << n;
+    }
+    const std::string hashes = read_text(folder.path("track/frames_LAT.sha256"));
+    EXPECT_THAT(hashes, HasSubstr(std::string(64, '-') + "  " + folder.path("LAT.0010.tif")));
+}
+
+TEST_F(TrackCommand, SignalsKeepTheFinishedFrames) {
+    scene.write_femur_frames(1, 12);
+    const auto arguments = scene.femur_alone({"--frames", "AP=" + folder.path("AP.%d.tif"), "--frames",
+                                              "LAT=" + folder.path("LAT.%d.tif"), "--backend", "reference"});
+    const auto has_two_rows = [&] {
+        const std::string partial = read_text(folder.path("track/trajectory.partial.csv"));
+        return std::ranges::count(partial, '\n') > 2;
+    };
+    const ProgramResult run = run_raylign_and(arguments, has_two_rows, [](int process) { ::kill(process, SIGTERM); });
+    EXPECT_EQ(run.exit_code, 130) << run.err;
+    EXPECT_THAT(run.err, HasSubstr("interrupted after"));
+    EXPECT_GE(read_trajectory(folder.path("track/trajectory.csv")).size(), 2u);
+    EXPECT_LT(read_trajectory(folder.path("track/trajectory.csv")).size(), 12u);
+    for (const std::string& name : names_in(folder.folder() / "track")) EXPECT_NE(name.front(), '.') << name;
 }
 
 TEST(TrackProgress, TellsRateAndTimeLeft) {

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "core/io/images/raster.h"
 #include "io_files.h"
@@ -79,7 +80,9 @@ TEST_F(FrameFiles, AListIsNumberedAsItStands) {
     ASSERT_EQ(frames.size(), 2u);
     EXPECT_EQ(frames[0].file, at("b.tif"));
     EXPECT_EQ(frames[1].number, 2);
-    const auto list = [&] { (void)list_frames(std::vector<std::filesystem::path>{at("b.tif"), at("none.tif")}); };
+    EXPECT_EQ(list_frames(std::vector<std::filesystem::path>{at("b.tif"), at("none.tif")}).size(), 2u)
+        << "a gap, when its turn comes";
+    const auto list = [&] { (void)list_frames(std::vector<std::filesystem::path>{at("none.tif"), at("nor.tif")}); };
     EXPECT_THAT(error_of(list), HasSubstr("none.tif"));
     EXPECT_THAT(error_of([] { (void)list_frames(std::vector<std::filesystem::path>()); }), HasSubstr("at least one"));
 }
@@ -104,6 +107,29 @@ TEST_F(FrameFiles, FaultsAreNamed) {
     FrameReader reader;
     frame("stack.tif", 5, 2);
     EXPECT_THAT(error_of([&] { (void)reader.read({9, at("stack.tif"), 9}); }), HasSubstr("[1, 2]"));
+}
+
+TEST_F(FrameFiles, WhatIsNoFileIsAFrameThatCannotBeRead) {
+    frame("cam1.1.tif", 1);
+    ASSERT_EQ(::mkfifo(at("cam1.2.tif").c_str(), 0600), 0);
+    std::filesystem::create_symlink("nowhere", at("cam1.3.tif"));
+    std::filesystem::create_directory(at("cam1.4.tif"));
+    const auto frames = list_frames(at("cam1.%d.tif"));
+    ASSERT_EQ(frames.size(), 3u);
+    FrameReader reader;
+    EXPECT_THAT(error_of([&] { (void)reader.read(frames[1]); }), AllOf(HasSubstr("cam1.2.tif"), HasSubstr("FIFO")));
+    EXPECT_THAT(error_of([&] { (void)reader.read(frames[2]); }), HasSubstr("cam1.3.tif does not exist"));
+    EXPECT_EQ(reader.read(frames[0]).image(0, 0), 1);
+}
+
+TEST_F(FrameFiles, AFileThatDoesNotReadIsNotTriedForEachOfItsFrames) {
+    write("run.dcm", "no DICOM");
+    FrameReader reader;
+    const std::string first = error_of([&] { (void)reader.read({1, at("run.dcm"), 1}); });
+    EXPECT_THAT(first, HasSubstr("run.dcm"));
+    frame("stack.tif", 5, 2);
+    std::filesystem::rename(at("stack.tif"), at("run.dcm"));
+    EXPECT_EQ(error_of([&] { (void)reader.read({2, at("run.dcm"), 2}); }), first);
 }
 
 }  // namespace

@@ -93,13 +93,25 @@ TEST_F(FrameViews, MissingEmptyAndUnreadableFramesAreGaps) {
     EXPECT_THAT(reader.read(frames[3]).gap, AllOf(HasSubstr("LAT"), HasSubstr("lat.4.png")));
 }
 
-TEST_F(FrameViews, AnotherSizeIsAnErrorThatNamesTheFile) {
+TEST_F(FrameViews, ADamagedFirstFrameIsAGapToo) {
+    write("ap.1.png", "not an image");
+    const ViewsFile read = views();
+    InstantReader reader(read);
+    const auto frames = pair_frames(read, {});
+    EXPECT_THAT(reader.read(frames[0]).gap, AllOf(HasSubstr("AP"), HasSubstr("ap.1.png")));
+    EXPECT_EQ(reader.read(frames[1]).gap, "");
+    for (int number = 2; number <= 4; ++number) write("ap." + std::to_string(number) + ".png", "nor these");
+    EXPECT_THAT(error_of([&] { (void)views(); }), HasSubstr("ap.1.png"));
+}
+
+TEST_F(FrameViews, AnotherSizeIsAnErrorBeforehandAndAGapLater) {
     frame("lat.3.png", 8, 7, 1);
     const ViewsFile read = views();
     const auto frames = pair_frames(read, {});
     EXPECT_THAT(error_of([&] { check_frame_sizes(read, frames); }), AllOf(HasSubstr("lat.3.png"), HasSubstr("8 x 6")));
     InstantReader reader(read);
-    EXPECT_THAT(error_of([&] { (void)reader.read(frames[2]); }), HasSubstr("lat.3.png"));
+    EXPECT_THAT(reader.read(frames[2]).gap, AllOf(HasSubstr("lat.3.png"), HasSubstr("8 x 6")));
+    EXPECT_EQ(reader.read(frames[3]).gap, "");
 }
 
 TEST_F(FrameViews, NoCommonNumbersAreRefused) {

@@ -67,6 +67,35 @@ TEST_F(Output, WithoutCommitOldFilesStayAndNewOnesVanish) {
     EXPECT_EQ(entries(folder_), 1U);
 }
 
+TEST_F(Output, WhatAKilledRunLeftGoesAndARunAtWorkStays) {
+    std::filesystem::create_directory(at(".raylign-staging-abcdef"));
+    (void)write(".raylign-staging-abcdef/pose.json", "half");
+    (void)write(".raylign-staging-file", "no folder");
+    std::filesystem::create_directory(at("elsewhere"));
+    (void)write("elsewhere/kept", "kept");
+    std::filesystem::create_directory_symlink("elsewhere", at(".raylign-staging-link"));
+    {
+        OutputFolder first(folder_);
+        EXPECT_FALSE(std::filesystem::exists(at(".raylign-staging-abcdef")));
+        write_text(first.stage("a"), "first");
+        OutputFolder second(folder_);
+        write_text(second.stage("b"), "second");
+        first.commit();
+        second.commit();
+    }
+    EXPECT_EQ(content_of(at("a")) + content_of(at("b")), "firstsecond");
+    EXPECT_EQ(content_of(at("elsewhere/kept")), "kept");
+    EXPECT_EQ(entries(folder_), 5U) << "a, b, elsewhere, and what is no staging folder";
+}
+
+TEST_F(Output, AnotherUsersStagingFolderStays) {
+    if (::geteuid() != 0) GTEST_SKIP() << "only root can give a folder away";
+    std::filesystem::create_directory(at(".raylign-staging-theirs"));
+    ASSERT_EQ(::chown(at(".raylign-staging-theirs").c_str(), 65534, 65534), 0);
+    { OutputFolder folder(folder_); }
+    EXPECT_TRUE(std::filesystem::exists(at(".raylign-staging-theirs")));
+}
+
 TEST_F(Output, CommitReplacesOldFiles) {
     (void)write("report.json", "old");
     OutputFolder folder(folder_);

@@ -25,10 +25,12 @@ struct FrameFile {
 /// number, or a name has none.
 [[nodiscard]] std::vector<FrameFile> list_frames(const std::filesystem::path& pattern);
 
-/// A list of files, numbered from 1 as they stand. Throws Error for a file that is not there.
+/// A list of files, numbered from 1 as they stand. Throws Error where none of them is there; one that is not is an
+/// error when it is read.
 [[nodiscard]] std::vector<FrameFile> list_frames(const std::vector<std::filesystem::path>& files);
 
-/// Reads frames of a sequence. A file with several stays open, its pixels in memory as stored. One reader, one thread.
+/// Reads frames of a sequence. A file with several stays open, its pixels in memory as stored; one that cannot be read
+/// is not tried again for the next of its frames. One reader, one thread.
 class FrameReader {
 public:
     FrameReader();
@@ -39,8 +41,9 @@ public:
     [[nodiscard]] RawXray read(const FrameFile& frame);
 
 private:
-    std::filesystem::path path_;
+    std::filesystem::path path_;  ///< of the file with several frames that was read last, or failed
     std::unique_ptr<XrayFile> file_;
+    std::string failure_;
 };
 
 }  // namespace raylign

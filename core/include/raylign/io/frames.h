@@ -35,7 +35,8 @@ void check_frame_sizes(const ViewsFile& views, const std::vector<FrameSet>& fram
 /// All views at one instant.
 struct Instant {
     std::vector<View> views;
-    std::string gap;  ///< why there are no images: a frame is missing, empty or unreadable; "" = views has them
+    std::string
+        gap;  ///< why there are no images: a frame is missing, empty, unreadable or of another size; "" = there are
 };
 
 /// Reads instants as read_views(ReadImages::required) would read one, image by image: turned, masked, made line
@@ -46,7 +47,7 @@ public:
     /// `views`: read with ReadImages::frames.
     explicit InstantReader(ViewsFile views);
 
-    /// Throws Error for a frame of another size than the camera's.
+    /// Throws nothing for files that cannot be read: a bad frame is a gap and says why.
     [[nodiscard]] Instant read(const FrameSet& frames);
     /// What was decided on the first frame of each view, "AP: ...".
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
