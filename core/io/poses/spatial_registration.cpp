@@ -19,7 +19,7 @@ namespace raylign::detail {
 namespace {
 
 constexpr std::uint32_t kRegistrations = 0x00700308, kMatrixRegistrations = 0x00700309, kMatrices = 0x0070030a,
-                        kMatrixType = 0x0070030c, kMatrix = 0x300600c6;
+                        kMatrixType = 0x0070030c, kTransformation = 0x300600c6;
 constexpr const char* kRegistrationClass = "1.2.840.10008.5.1.4.1.1.66.1";
 
 /// One item of the object: registered_from_frame.
@@ -41,9 +41,9 @@ FrameRegistration registration_of(const DicomTags& item, const std::string& wher
     if (type != "RIGID") {
         throw bad_value("FrameOfReferenceTransformationMatrixType (0070,030C)", type, "RIGID", where);
     }
-    const std::vector<double> numbers = matrices[0].numbers(kMatrix, 16);
+    const std::vector<double> numbers = matrices[0].numbers(kTransformation, 16);
     if (numbers.empty()) {
-        throw bad_value("FrameOfReferenceTransformationMatrix (3006,00C6)", matrices[0].text(kMatrix),
+        throw bad_value("FrameOfReferenceTransformationMatrix (3006,00C6)", matrices[0].text(kTransformation),
                         "16 finite numbers", where);
     }
     Eigen::Matrix4d matrix;
@@ -108,7 +108,7 @@ std::string matrix_text(const RigidTransform& transform) {
 
 DicomWriter registration_item(const std::string& frame, const RigidTransform& registered_from_frame) {
     DicomWriter matrix, registration, item;
-    matrix.text(kMatrixType, "CS", "RIGID").text(kMatrix, "DS", matrix_text(registered_from_frame));
+    matrix.text(kMatrixType, "CS", "RIGID").text(kTransformation, "DS", matrix_text(registered_from_frame));
     registration.sequence(kMatrices, {matrix}).sequence(0x0070030d, {});
     return item.text(tag::kFrameOfReference, "UI", frame).sequence(kMatrixRegistrations, {registration});
 }
