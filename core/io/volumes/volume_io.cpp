@@ -210,6 +210,10 @@ detail::PixelType append_slices(const detail::DicomSeries& series, Converter& co
     return raster.type;
 }
 
+bool is_dicom_volume(const std::filesystem::path& path) {
+    return std::filesystem::is_directory(path) || detail::format_of(path) == detail::FileFormat::dicom;
+}
+
 VolumeFile read_dicom_volume(const std::filesystem::path& path, const VolumeReadOptions& options) {
     const detail::DicomFolder found = detail::scan_dicom(path);
     detail::DicomSeries series = detail::choose_series(found, options.series);
@@ -234,23 +238,25 @@ VolumeFile read_dicom_volume(const std::filesystem::path& path, const VolumeRead
 
 VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOptions& options) {
     if (!options.hu_preset.empty()) (void)hu_preset(options.hu_preset);  // a wrong name is an error in any case
-    const bool is_folder = std::filesystem::is_directory(path);
-    if (!is_folder) detail::check_readable_file(path);
-    const bool is_dicom = is_folder || detail::format_of(path) == detail::FileFormat::dicom;
-    if (!is_dicom && !options.series.empty()) {
+    if (!std::filesystem::is_directory(path)) detail::check_readable_file(path);
+    if (!is_dicom_volume(path) && !options.series.empty()) {
         throw Error(path.string() + " is no DICOM: --series chooses within a DICOM folder or file");
     }
-    VolumeFile file = is_dicom ? read_dicom_volume(path, options) : read_file(path, options);
+    VolumeFile file = is_dicom_volume(path) ? read_dicom_volume(path, options) : read_file(path, options);
     file.file_grid = file.volume.grid;
     if (!options.object.is_whole()) detail::keep_object(options, file);
     return file;
 }
 
 VoxelGrid detail::read_volume_grid(const std::filesystem::path& path, const VolumeReadOptions& options) {
-    if (std::filesystem::is_directory(path) || format_of(path) == FileFormat::dicom) {
-        return read_dicom_volume(path, options).volume.grid;
-    }
     VoxelGrid grid;
+    if (is_dicom_volume(path)) {
+        detail::DicomSeries series = detail::choose_series(detail::scan_dicom(path), options.series);
+        grid = detail::stack_slices(series);
+        std::vector<std::string> ignored;
+        check_and_square(grid, path.string(), ignored);
+        return square_grid(grid);
+    }
     (void)read_raster(path, [&](const Raster& header) {
         check_volume(header, path);
         std::vector<std::string> ignored;
@@ -268,9 +274,9 @@ namespace detail {
 LabelMapFile read_label_map_file(const std::filesystem::path& path, const VoxelGrid& like) {
     VolumeReadOptions options;
     check_readable_file(path);
-    const bool is_dicom = format_of(path) == FileFormat::dicom;
-    Raster raster = is_dicom ? read_dicom_stack(path)
-                             : read_raster(path, [&](const Raster& header) { check_volume(header, path); });
+    Raster raster = is_dicom_volume(path)
+                        ? read_dicom_stack(path)
+                        : read_raster(path, [&](const Raster& header) { check_volume(header, path); });
     if (raster.format == FileFormat::tiff) {
         options.spacing_mm = like.spacing_mm;
         if (Eigen::Vector3i(raster.size[0], raster.size[1], raster.size[2]) != like.size) {
