@@ -177,6 +177,21 @@ const DicomSeries& choose_series(const DicomFolder& found, const std::string& ch
     throw bad_value("series", choice, "a number or UID of this list" + list_of(found), found.path.string());
 }
 
+std::vector<std::string> folder_notes(const DicomFolder& found, const DicomSeries& series) {
+    std::vector<std::string> notes;
+    notes.push_back("DICOM series " + series.uid + " \"" + series.description + "\", " + series.file_text());
+    if (found.ignored_files > 0) {
+        notes.push_back(std::to_string(found.ignored_files) +
+                        " files of the folder are no DICOM images and were ignored" +
+                        (found.empty_files > 0 ? " (" + std::to_string(found.empty_files) + " empty)" : ""));
+    }
+    if (found.localizers > 0) {
+        notes.push_back(std::to_string(found.localizers) + " localizers of the folder were left out");
+    }
+    if (found.series.size() > 1) {
+        notes.push_back(std::to_string(found.series.size() - 1) + " other series of the folder were left out");
+    }
+    return notes;
 }
 
 }  // namespace raylign::detail

@@ -99,7 +99,7 @@ VectorColumns columns_named(const CsvRow& heading) {
     return columns;
 }
 
-int whole_number(const std::string& cell, const std::string& what, const std::string& where) {
+int whole_cell(const std::string& cell, const std::string& what, const std::string& where) {
     const double number = csv_number(cell, what, "a whole number", where);
     if (number != std::round(number) || !(std::abs(number) < 1e6)) throw bad_value(what, cell, "a whole number", where);
     return static_cast<int>(number);
@@ -117,8 +117,8 @@ VectorRow row_from(const CsvRow& row, const VectorColumns& columns) {
     VectorRow result{"", row.where, vectors[0], vectors[1], vectors[2], vectors[3], columns.is_origin, std::nullopt};
     if (columns.name) result.name = row.cells[*columns.name];
     if (columns.columns) {
-        result.size_px = Eigen::Vector2i(whole_number(row.cells[*columns.columns], "columns", row.where),
-                                         whole_number(row.cells[*columns.rows], "rows", row.where));
+        result.size_px = Eigen::Vector2i(whole_cell(row.cells[*columns.columns], "columns", row.where),
+                                         whole_cell(row.cells[*columns.rows], "rows", row.where));
     }
     return result;
 }

@@ -73,8 +73,8 @@ void decode_raster(const std::filesystem::path& path, const std::string&, Decode
         reply.wait_for_consent();
     });
     send_header(reply, raster);
-    std::vector<std::byte> padding(raster.is_padding.size());
-    std::ranges::transform(raster.is_padding, padding.begin(), [](bool is) { return std::byte{is}; });
+    std::vector<std::byte> padding;
+    for (const bool is : raster.is_padding) padding.push_back(std::byte{is});
     reply.bulk(padding);
     reply.bulk(raster.bytes);
 }
@@ -103,8 +103,7 @@ Raster read_raster(const std::filesystem::path& path, const std::function<void(c
         std::vector<std::byte> padding;
         take_memory(padding, counts.padding, path);
         stream.bulk(padding);
-        raster.is_padding.resize(padding.size());
-        std::ranges::transform(padding, raster.is_padding.begin(), [](std::byte is) { return is != std::byte{0}; });
+        for (const std::byte is : padding) raster.is_padding.push_back(is != std::byte{0});
         take_memory(raster.bytes, counts.pixels, path);
         stream.bulk(raster.bytes);
     });
