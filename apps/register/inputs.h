@@ -25,7 +25,7 @@ struct RegisterInputs {
     std::vector<std::string> notes;                        ///< what was decided on reading, for the report
     std::vector<std::filesystem::path> files;              ///< every file read
     std::filesystem::path dicom_ct;  ///< a file of the CT, where it is DICOM and says its frame of reference; else ""
-    InputHashes hashes;                                    ///< of them
+    InputHashes hashes;              ///< of them
     double load_s = 0;
 };
 

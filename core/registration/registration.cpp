@@ -6,9 +6,9 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/registration/policy.h"
 #include "core/registration/strategy/reversed_contrast.h"
-#include "core/base/number_text.h"
 #include "core/registration/strategy/strategy.h"
 #include "core/registration/trust/mirrored.h"
 #include "core/registration/trust/verdict.h"

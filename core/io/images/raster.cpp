@@ -14,8 +14,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/io/dicom/dicom_raster.h"
 #include "core/base/fault_text.h"
+#include "core/io/dicom/dicom_raster.h"
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
 #include "core/io/images/headered_file.h"

@@ -1,8 +1,8 @@
 #include "raylign/io/pose.h"
 
 #include "core/base/error.h"
-#include "core/io/dicom/dicom_tags.h"
 #include "core/io/decode/small_files.h"
+#include "core/io/dicom/dicom_tags.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/json_node.h"
 #include "core/io/files/output.h"

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "core/base/error.h"
-#include "core/io/geometry/distortion.h"
 #include "core/base/fault_text.h"
+#include "core/io/geometry/distortion.h"
 #include "core/io/geometry/stored_projection.h"
 
 namespace raylign {
