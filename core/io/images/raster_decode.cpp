@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/io/decode/decoder.h"
@@ -68,7 +69,9 @@ void take_memory(std::vector<std::byte>& bytes, std::size_t count, const std::fi
 }
 
 void decode_raster(const std::filesystem::path& path, const std::string&, DecoderReply& reply) {
+    bool is_asked = false;  // readers ask again where pixels told more: the caller does so at the end
     const Raster raster = read_raster_here(path, [&](const Raster& header) {
+        if (std::exchange(is_asked, true)) return;
         send_header(reply, header);
         reply.wait_for_consent();
     });
@@ -100,6 +103,7 @@ Raster read_raster(const std::filesystem::path& path, const std::function<void(c
         if (check) check(header);
         stream.consent();
         raster = receive_header(stream, counts);  // what the pixels told besides
+        if (check) check(raster);
         std::vector<std::byte> padding;
         take_memory(padding, counts.padding, path);
         stream.bulk(padding);
