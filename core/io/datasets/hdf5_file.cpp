@@ -239,7 +239,8 @@ Eigen::MatrixXd Hdf5File::any_matrix(const std::string& name, int rows, int colu
     Eigen::MatrixXd matrix(rows, columns);
     for (int r = 0; r < rows; ++r) {
         for (int c = 0; c < columns; ++c) {
-            matrix(r, c) = element_of(array, static_cast<std::size_t>(r * columns + c));
+            matrix(r, c) = element_of(
+                array, static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c));
         }
     }
     return matrix;

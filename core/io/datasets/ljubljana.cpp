@@ -156,16 +156,15 @@ ImportedCase read_ljubljana(const std::filesystem::path& path, const DatasetOpti
     result.volume_flags = " --bone-threshold 1000";
     take_fiducials(*patient, result);
     result.conventions = {
-        "ct: the data set's own frame of the volume [mm], origin + spacing * index; whether it is LPS the file does "
-        "not say.",
-        "world = ct: the extrinsic matrices lead from the volume to the cameras, and every reference pose is the "
-        "identity.",
+        ("ct: the data set's own frame of the volume [mm], origin + spacing * index; whether it is LPS the file does "
+         "not say."),
+        ("world = ct: the extrinsic matrices lead from the volume to the cameras, and every reference pose is the "
+         "identity."),
         "The file has the volume with x slowest and reversed; ct.mha has it x fastest and growing.",
-        "ct.mha holds the angiography's own grey values, no HU. --bone-threshold 1000 leaves out what the public "
-        "loader "
-        "sets to 0 (values below 1000).",
-        "Pixels: the centre of the first one is (0, 0). Seen from the source the images are mirrored; \"flip\" in "
-        "views.json turns them on reading.",
+        ("ct.mha holds the angiography's own grey values, no HU. --bone-threshold 1000 leaves out what the public "
+         "loader sets to 0 (values below 1000)."),
+        ("Pixels: the centre of the first one is (0, 0). Seen from the source the images are mirrored; \"flip\" in "
+         "views.json turns them on reading."),
         "VIEW.tif holds log(max + 1) - log(pixel + 1), as the public loaders have it: vessels bright.",
     };
     result.read_view = [patient](const std::string& name) { return read_angiogram(*patient, name); };
