@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "raylign/error.h"
+#include "raylign/io/decoding.h"
 #include "readers.h"
 
 namespace {
@@ -51,6 +52,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
         if (known.name == name) reader = &known;
     }
     if (!reader) usage(name);
+    raylign::set_decoding(raylign::Decoding::in_process);  // a crash in another process would be no finding
     std::filesystem::create_directory(folder());
     path = folder() / ("input" + std::string(reader->extension));
     std::atexit([] { std::filesystem::remove_all(path.parent_path()); });

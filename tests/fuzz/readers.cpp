@@ -94,6 +94,24 @@ void trajectory(const std::filesystem::path& path) {
     }
 }
 
+void check_sequence(const PoseSequence& sequence) {
+    for (const FramePose& frame : sequence.frames) {
+        if (frame.world_from_ct) check_pose(*frame.world_from_ct);
+    }
+}
+
+void autoscoper_poses(const std::filesystem::path& path) {
+    VoxelGrid grid;
+    grid.size = {4, 3, 2};
+    for (const PoseSequence& sequence : read_tra(path, std::span(&grid, 1))) check_sequence(sequence);
+}
+
+void jointtrack_poses(const std::filesystem::path& path) { check_sequence(read_jointtrack_poses(path)); }
+
+void xmalab_bodies(const std::filesystem::path& path) {
+    for (const PoseSequence& sequence : read_xmalab_bodies(path)) check_sequence(sequence);
+}
+
 constexpr FuzzedReader kReaders[] = {
     {"nifti", ".nii", volume},
     {"nifti-gz", ".nii.gz", volume},
@@ -104,6 +122,7 @@ constexpr FuzzedReader kReaders[] = {
     {"label-map", ".nii", label_map},
     {"tiff", ".tif", xray},
     {"png", ".png", xray},
+    {"jpeg", ".jpg", xray},
     {"dicom", ".dcm", xray},
     {"geometry-dicom", ".dcm", geometry},
     {"geometry-text", ".txt", geometry},
@@ -120,6 +139,9 @@ constexpr FuzzedReader kReaders[] = {
     {"image-points-json", ".json", image_points},
     {"targets", ".csv", targets},
     {"trajectory", ".csv", trajectory},
+    {"poses-autoscoper", ".tra", autoscoper_poses},
+    {"poses-jointtrack", ".jts", jointtrack_poses},
+    {"poses-xmalab", ".csv", xmalab_bodies},
 };
 
 }  // namespace
