@@ -4,7 +4,13 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "raylign/io.h"
+#include "raylign/io/geometry.h"
+#include "raylign/io/image.h"
+#include "raylign/io/landmarks.h"
+#include "raylign/io/pose.h"
+#include "raylign/io/trajectory.h"
+#include "raylign/io/views.h"
+#include "raylign/io/volume.h"
 
 namespace raylign::detail::test {
 namespace {

@@ -25,7 +25,7 @@ namespace {
 constinit std::mutex starting;
 constinit std::atomic<int> control_socket{-1};  // the number stays the same when a new server replaces a dead one
 constinit std::atomic<unsigned> servers_started{0};
-constinit std::atomic<Decoding> wanted{Decoding::own_process};
+constinit std::atomic<Decoding> wanted_decoding{Decoding::own_process};
 constinit std::atomic<uid_t> started_by{0};
 
 struct ServerGone {};
@@ -40,7 +40,7 @@ Descriptor fork_server() {
     if (between == 0) {
         if (const pid_t server = ::fork(); server != 0) ::_exit(server < 0 ? 1 : 0);
         ours = Descriptor();
-        wanted = Decoding::in_process;  // a decoder that reads another file does so itself
+        wanted_decoding = Decoding::in_process;  // a decoder that reads another file does so itself
         serve_decoders(std::move(its));
     }
     its = Descriptor();
@@ -144,7 +144,7 @@ void DecodedStream::finish() {
 
 bool decode(const DecodeRequest& request, const std::function<void(DecodedStream&)>& read) {
     const std::string packed = packed_request(request);
-    if (wanted == Decoding::in_process || packed.size() > kMostPacketBytes) return false;
+    if (wanted_decoding == Decoding::in_process || packed.size() > kMostPacketBytes) return false;
     if (servers_started == 0 && !start_server(0)) return false;
     for (int attempt = 0; attempt < 2; ++attempt) {
         const unsigned server = servers_started;
@@ -171,9 +171,9 @@ bool decode(const DecodeRequest& request, const std::function<void(DecodedStream
 }  // namespace detail
 
 void start_decoding_server() {
-    if (wanted == Decoding::own_process && servers_started == 0) (void)start_server(0);
+    if (wanted_decoding == Decoding::own_process && servers_started == 0) (void)start_server(0);
 }
 
-void set_decoding(Decoding how) { wanted = how; }
+void set_decoding(Decoding how) { wanted_decoding = how; }
 
 }  // namespace raylign

@@ -114,10 +114,10 @@ CodestreamHeader codestream_header(const std::string& stream, PixelCodec codec, 
 }
 
 void check_codestream(const CodestreamHeader& header, const PixelLayout& layout, const std::string& where) {
-    const auto must_be = [&](const char* what, std::uint64_t value, int wanted, const char* tag) {
+    const auto must_be = [&](const char* what, std::uint64_t value, int wanted, const char* element) {
         if (value == static_cast<std::uint64_t>(wanted)) return;
         throw bad_value(std::string(what) + " of the compressed image", std::to_string(value),
-                        std::string(tag) + " = " + std::to_string(wanted), where);
+                        std::string(element) + " = " + std::to_string(wanted), where);
     };
     must_be("columns", header.columns, layout.size.x(), "Columns (0028,0011)");
     must_be("rows", header.rows, layout.size.y(), "Rows (0028,0010)");
@@ -133,16 +133,16 @@ void check_codestream(const CodestreamHeader& header, const PixelLayout& layout,
 }
 
 void check_jpeg_2000_end(const std::string& stream, const std::string& where) {
-    constexpr std::size_t kPadding = 8;  // bytes that writers leave behind
-    const std::size_t from = stream.size() > kPadding ? stream.size() - kPadding : 0;
+    constexpr std::size_t kTail = 8;  // bytes that writers leave behind
+    const std::size_t from = stream.size() > kTail ? stream.size() - kTail : 0;
     if (stream.find("\xff\xd9", from) != std::string::npos) return;
     throw Error(where + ": its JPEG 2000 pixels do not end with the end mark FF D9 (truncated?)");
 }
 
 std::string decode_rle(const std::string& stream, const PixelLayout& layout, const std::string& where) {
-    constexpr std::size_t kHeader = 64;
+    constexpr std::size_t kRleHeader = 64;
     const auto wanted = static_cast<std::uint32_t>(layout.samples * layout.bits_allocated / 8);
-    if (stream.size() < kHeader) throw Error(where + ": its RLE pixels end within their header of 64 bytes");
+    if (stream.size() < kRleHeader) throw Error(where + ": its RLE pixels end within their header of 64 bytes");
     const std::uint32_t count = little_endian_at(stream, 0);
     if (count != wanted) {
         throw bad_value("number of RLE segments", std::to_string(count),
@@ -152,7 +152,7 @@ std::string decode_rle(const std::string& stream, const PixelLayout& layout, con
     for (std::uint32_t i = 0; i < count; ++i) {
         const std::uint64_t begin = little_endian_at(stream, 4 + 4 * std::size_t{i});
         const std::uint64_t end = i + 1 < count ? little_endian_at(stream, 8 + 4 * std::size_t{i}) : stream.size();
-        if (begin < kHeader || end < begin || end > stream.size()) {
+        if (begin < kRleHeader || end < begin || end > stream.size()) {
             throw bad_value("offset of RLE segment " + std::to_string(i + 1), std::to_string(begin),
                             "in [64, " + std::to_string(stream.size()) + "], rising", where);
         }
