@@ -15,17 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-template <typename Matrix>
-json matrix_json(const Matrix& matrix) {
-    json rows = json::array();
-    for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-        json row = json::array();
-        for (Eigen::Index c = 0; c < matrix.cols(); ++c) row.push_back(matrix(r, c));
-        rows.push_back(row);
-    }
-    return rows;
-}
-
 std::string point_text(const auto& point) {
     std::string text;
     for (Eigen::Index i = 0; i < point.size(); ++i) text += "," + number_text(point[i]);
@@ -41,8 +30,8 @@ json view_json(const ImportedView& view, bool has_mask) {
                    {"image", view.name + ".tif"},
                    {"intensity", intensity},
                    {"size_px", {camera.size_px.x(), camera.size_px.y()}},
-                   {"intrinsics", matrix_json(camera.intrinsics_px)},
-                   {"camera_from_world", matrix_json(to_matrix(view.geometry.geometry.camera_from_world))}};
+                   {"intrinsics", rows_of(camera.intrinsics_px)},
+                   {"camera_from_world", rows_of(to_matrix(view.geometry.geometry.camera_from_world))}};
     if (camera.sdd_mm) result["sdd_mm"] = *camera.sdd_mm;
     if (has_mask) result["mask"] = "mask.tif";
     if (view.geometry.flip != ImageFlip::none) {

@@ -13,6 +13,18 @@
 
 namespace raylign::detail {
 
+/// A matrix as JSON: an array of its rows.
+template <typename Matrix>
+nlohmann::json rows_of(const Matrix& matrix) {
+    nlohmann::json rows = nlohmann::json::array();
+    for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+        nlohmann::json row = nlohmann::json::array();
+        for (Eigen::Index c = 0; c < matrix.cols(); ++c) row.push_back(matrix(r, c));
+        rows.push_back(row);
+    }
+    return rows;
+}
+
 /// Reads a JSON file. Throws Error naming the file with the line and column of malformed text, or a key given twice.
 [[nodiscard]] nlohmann::json read_json(const std::filesystem::path& path);
 

@@ -39,10 +39,7 @@ std::string itk_text(const RigidTransform& ct_from_world) {
 }
 
 std::string json_text_of(const RigidTransform& world_from_ct) {
-    const Eigen::Matrix4d matrix = to_matrix(world_from_ct);
-    nlohmann::json rows = nlohmann::json::array();
-    for (int r = 0; r < 4; ++r) rows.push_back({matrix(r, 0), matrix(r, 1), matrix(r, 2), matrix(r, 3)});
-    return detail::json_text({{"raylign", 1}, {"world_from_ct", rows}});
+    return detail::json_text({{"raylign", 1}, {"world_from_ct", detail::rows_of(to_matrix(world_from_ct))}});
 }
 
 /// Of a table of poses with one row.

@@ -6,22 +6,7 @@
 
 namespace raylign {
 using namespace detail;
-namespace {
-
 using nlohmann::json;
-
-template <typename Matrix>
-json rows_of(const Matrix& matrix) {
-    json rows = json::array();
-    for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-        json row = json::array();
-        for (Eigen::Index c = 0; c < matrix.cols(); ++c) row.push_back(matrix(r, c));
-        rows.push_back(row);
-    }
-    return rows;
-}
-
-}  // namespace
 
 void write_views(const std::filesystem::path& path, const std::vector<View>& views,
                  const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips,
