@@ -48,6 +48,7 @@ build() {
     local folder=$1 log=$1/build.log last=0
     shift
     : >"$log"
+    local failed=0
     NINJA_STATUS="@ %f %t " ninja -C "$folder" "$@" 2>&1 | while IFS= read -r line; do
         printf '%s\n' "$line" >>"$log"
         case $line in "@ "*) ;; *) continue ;; esac
@@ -58,8 +59,7 @@ build() {
             last=$SECONDS
             echo "   step $done of $total, $((SECONDS / 60)):$(printf %02d $((SECONDS % 60))) min"
         fi
-    done
-    local status=${PIPESTATUS[0]}
+    done || failed=1  # `||`, or errexit would end the script here without a word
     [ ! -t 1 ] || echo
-    [ "$status" = 0 ] || { grep -v '^@' "$log" | tail -n 80 >&2; echo "the build failed; all of it: $log" >&2; return 1; }
+    [ "$failed" = 0 ] || { grep -v '^@' "$log" | tail -n 80 >&2; echo "the build failed; all of it: $log" >&2; return 1; }
 }

@@ -292,7 +292,7 @@ TEST(LevenbergMarquardt, RefusesOptionsOutOfRangeNamingThem) {
         {{.max_iterations = 0}, "max_iterations"},
         {{.max_iterations = 10001}, "max_iterations"}};
     for (const auto& [options, name] : table) {
-        EXPECT_THAT(test::error_of([&] { (void)unit_search(options); }), testing::StartsWith(name));
+        EXPECT_THAT(test::error_of([&wrong = options] { (void)unit_search(wrong); }), testing::StartsWith(name));
     }
 }
 
