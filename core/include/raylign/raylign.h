@@ -16,3 +16,4 @@
 #include "raylign/targets.h"
 #include "raylign/tracking.h"
 #include "raylign/version.h"
+#include "raylign/xray.h"
