@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 
 #include "core/base/error.h"
@@ -40,12 +41,18 @@ Descriptor open_regular_file(const std::filesystem::path& path) {
 }
 
 std::string regular_file_bytes(const std::filesystem::path& path) {
-    constexpr std::size_t kPiece = 1 << 20;
+    constexpr std::size_t kSmallest = 4096, kLargest = 1 << 20;  // of a piece, bytes
     const Descriptor file = open_regular_file(path);
+    struct stat status {};
+    if (::fstat(file.number(), &status) != 0) throw unreadable(path, errno);
+    // The size is a hint: /proc has files of no size, and a file may grow. A megabyte at once for a small file costs
+    // more than reading it.
+    const auto size = static_cast<std::size_t>(status.st_size);
     std::string bytes;
     for (std::size_t done = 0;;) {
-        bytes.resize(done + kPiece);
-        const ssize_t count = ::read(file.number(), bytes.data() + done, kPiece);
+        const std::size_t piece = std::clamp(size - std::min(done, size) + 1, kSmallest, kLargest);
+        bytes.resize(done + piece);
+        const ssize_t count = ::read(file.number(), bytes.data() + done, piece);
         if (count < 0 && errno != EINTR) throw unreadable(path, errno);
         done += count > 0 ? static_cast<std::size_t>(count) : 0;
         bytes.resize(done);

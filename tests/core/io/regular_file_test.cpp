@@ -38,6 +38,16 @@ TEST_F(RegularFile, IsReadWhole) {
     EXPECT_EQ(regular_file_bytes(at("link")).size(), text.size());
 }
 
+TEST_F(RegularFile, TakesRoomByItsSizeAndDoesNotBelieveIt) {
+    for (const int bytes : {1, 4095, 4096, 4097, (1 << 20) - 1, 1 << 20, (1 << 20) + 1}) {
+        const std::string text = std::string(static_cast<std::size_t>(bytes - 1), 'x') + "y";
+        EXPECT_EQ(regular_file_bytes(write("text", text)), text) << bytes;
+    }
+    EXPECT_LT(regular_file_bytes(write("small", "{}")).capacity(), 20000U) << "a megabyte slows a small file down";
+    ASSERT_EQ(std::filesystem::file_size("/proc/self/maps"), 0U);
+    EXPECT_THAT(regular_file_bytes("/proc/self/maps"), HasSubstr("[stack]"));
+}
+
 TEST_F(RegularFile, AnythingElseIsRefusedAtOnceAndNamed) {
     const auto message = [](const std::filesystem::path& path) { return error_of([&] { check_readable_file(path); }); };
     EXPECT_THAT(message(fifo("fifo.nii")), AllOf(HasSubstr("fifo.nii"), HasSubstr("FIFO")));
