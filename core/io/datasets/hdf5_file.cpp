@@ -1,136 +1,79 @@
 #include "core/io/datasets/hdf5_file.h"
 
-#include <hdf5.h>
-
 #include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <utility>
+#include <cstdint>
 
 #include "core/base/error.h"
+#include "core/io/datasets/hdf5_library.h"
+#include "core/io/decode/decoder.h"
+#include "core/io/decode/pack.h"
 #include "core/io/files/file_format.h"
 #include "core/io/files/text.h"
 
 namespace raylign::detail {
-
-/// An id of the HDF5 library, closed at the end.
-class Hdf5Id {
-public:
-    Hdf5Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-    ~Hdf5Id() {
-        if (id_ >= 0) close_(id_);
-    }
-    Hdf5Id(const Hdf5Id&) = delete;
-    Hdf5Id& operator=(const Hdf5Id&) = delete;
-    Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-
-    [[nodiscard]] hid_t get() const { return id_; }
-    [[nodiscard]] bool ok() const { return id_ >= 0; }
-
-private:
-    hid_t id_;
-    herr_t (*close_)(hid_t);
-};
-
 namespace {
 
-/// The library prints what went wrong unless it is told not to; the errors here say it.
-class QuietHdf5 {
-public:
-    QuietHdf5() {
-        H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
-        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    }
-    ~QuietHdf5() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
-    QuietHdf5(const QuietHdf5&) = delete;
-    QuietHdf5& operator=(const QuietHdf5&) = delete;
+enum class Hdf5Question : std::uint8_t { is_readable, has, names, array, text };
 
-private:
-    H5E_auto2_t print_ = nullptr;
-    void* data_ = nullptr;
+/// What the library says to one question; the other members stay empty.
+struct Hdf5Answer {
+    bool is_there = false;
+    std::vector<std::string> names;
+    std::string text;
+    Hdf5Array array;
 };
 
-std::string shape_words(const std::vector<std::size_t>& shape) {
-    if (shape.empty()) return "one value";
-    std::string words;
-    for (const std::size_t n : shape) words += (words.empty() ? "" : " x ") + std::to_string(n);
-    return words;
+Hdf5Answer answer_here(const std::filesystem::path& path, Hdf5Question question, const std::string& name) {
+    const Hdf5Library file(path);
+    Hdf5Answer answer;
+    if (question == Hdf5Question::has) answer.is_there = file.has(name);
+    if (question == Hdf5Question::names) answer.names = file.names(name);
+    if (question == Hdf5Question::array) answer.array = file.array(name);
+    if (question == Hdf5Question::text) answer.text = file.text(name);
+    return answer;
 }
 
-/// Whether every step of the path is there: asking for the last one alone is an error where a group is missing.
-bool has_path(hid_t file, const std::string& name) {
-    std::string so_far;
-    for (const std::string_view part : split(name, '/')) {
-        so_far += (so_far.empty() ? "" : "/") + std::string(part);
-        if (part.empty() || H5Lexists(file, so_far.c_str(), H5P_DEFAULT) <= 0) return false;
-        if (H5Oexists_by_name(file, so_far.c_str(), H5P_DEFAULT) <= 0) return false;  // a link to nowhere
-    }
-    return true;
+void answer_hdf5(const std::filesystem::path& path, const std::string& arguments, DecoderReply& reply) {
+    Unpacker from(arguments);
+    const auto question = from.number<Hdf5Question>();
+    const Hdf5Answer answer = answer_here(path, question, from.text());
+    Packer packer;
+    packer.add(answer.is_there).add(answer.names).add(answer.text).add(answer.array.shape).add(answer.array.type);
+    reply.message(packer.add(answer.array.bytes.size()).bytes());
+    reply.bulk(answer.array.bytes);
 }
 
-/// How numbers of a type are read: in memory's byte order.
-struct MemoryType {
-    hid_t id;
-    PixelType type;
-};
-
-MemoryType integer_memory(std::size_t bytes, bool is_signed, const std::string& place) {
-    switch (bytes) {
-        case 1:
-            return is_signed ? MemoryType{H5T_NATIVE_INT8, PixelType::i8} : MemoryType{H5T_NATIVE_UINT8, PixelType::u8};
-        case 2:
-            return is_signed ? MemoryType{H5T_NATIVE_INT16, PixelType::i16}
-                             : MemoryType{H5T_NATIVE_UINT16, PixelType::u16};
-        case 4:
-            return is_signed ? MemoryType{H5T_NATIVE_INT32, PixelType::i32}
-                             : MemoryType{H5T_NATIVE_UINT32, PixelType::u32};
-        case 8:
-            return is_signed ? MemoryType{H5T_NATIVE_INT64, PixelType::i64}
-                             : MemoryType{H5T_NATIVE_UINT64, PixelType::u64};
-        default:
-            break;
+/// The bytes that the shape stands for; the other process is not trusted.
+void check_bytes(const Hdf5Array& array, std::size_t bytes, const std::filesystem::path& path) {
+    bool is_right = array.type >= PixelType::u8 && array.type <= PixelType::f64;
+    std::size_t expected = is_right ? bytes_of(array.type) : 0;
+    for (const std::size_t n : array.shape) {
+        is_right = is_right && n > 0 && expected <= bytes / n;
+        expected *= n;
     }
-    throw bad_value("bytes of an integer", std::to_string(bytes), "1, 2, 4 or 8", place);
+    if (is_right && expected == bytes) return;
+    throw Error("the reader of " + path.string() + " gives no sensible answer: damaged file?");
 }
 
-MemoryType memory_type(hid_t type, const std::string& place) {
-    const std::size_t bytes = H5Tget_size(type);
-    switch (H5Tget_class(type)) {
-        case H5T_INTEGER:
-            return integer_memory(bytes, H5Tget_sign(type) == H5T_SGN_2, place);
-        case H5T_FLOAT:
-            if (bytes > 4) return {H5T_NATIVE_DOUBLE, PixelType::f64};
-            return {H5T_NATIVE_FLOAT, PixelType::f32};
-        case H5T_ENUM: {  // truth values, as h5py writes them
-            const Hdf5Id base(H5Tget_super(type), H5Tclose);
-            return integer_memory(H5Tget_size(base.get()), H5Tget_sign(base.get()) == H5T_SGN_2, place);
-        }
-        default:
-            break;
-    }
-    throw Error(place + " does not hold numbers");
-}
-
-/// The bytes of a dataset whose data the file really holds: compression packs at most about 1000 to 1.
-std::size_t believable_bytes(hid_t dataset, const std::vector<std::size_t>& shape, std::size_t element_bytes,
-                             const std::string& place) {
-    constexpr std::size_t kMostPacked = 1100;
-    constexpr std::size_t kSmall = 1 << 16;  // may stand in a header, without storage of its own
-    std::size_t bytes = element_bytes;
-    for (const std::size_t n : shape) {
-        if (n > std::numeric_limits<std::size_t>::max() / 2 / bytes) {
-            throw bad_value("size", shape_words(shape), "what a file can hold", place);
-        }
-        bytes *= n;
-    }
-    const hsize_t stored = H5Dget_storage_size(dataset);
-    if (bytes > kSmall && bytes / kMostPacked > stored) {
-        throw bad_value("size", shape_words(shape) + ", " + std::to_string(bytes) + " bytes",
-                        "what the file holds, " + std::to_string(stored) + " bytes: it was cut off or is damaged",
-                        place);
-    }
-    return bytes;
+/// Asked in a process of its own, which a damaged file may end.
+Hdf5Answer asked(const std::filesystem::path& path, Hdf5Question question, const std::string& name) {
+    Hdf5Answer answer;
+    const std::string arguments = Packer().add(question).add(name).bytes();
+    const bool is_read = decode({&answer_hdf5, path, arguments, limits_for(path)}, [&](DecodedStream& stream) {
+        const std::string said = stream.message();
+        Unpacker from(said);
+        answer = {};
+        answer.is_there = from.number<bool>();
+        from.take(answer.names);
+        from.take(answer.text);
+        from.take(answer.array.shape);
+        from.take(answer.array.type);
+        const auto bytes = from.number<std::size_t>();
+        if (bytes > 0 || question == Hdf5Question::array) check_bytes(answer.array, bytes, path);
+        answer.array.bytes.resize(bytes);
+        stream.bulk(answer.array.bytes);
+    });
+    return is_read ? answer : answer_here(path, question, name);
 }
 
 double element_of(const Hdf5Array& array, std::size_t index) {
@@ -144,90 +87,29 @@ double element_of(const Hdf5Array& array, std::size_t index) {
 
 }  // namespace
 
-struct Hdf5File::Handles {
-    Hdf5Id file;
-
-    [[nodiscard]] Hdf5Array read(const std::string& name, const std::string& place) const;
-};
-
-/// Any dataset of numbers.
-Hdf5Array Hdf5File::Handles::read(const std::string& name, const std::string& place) const {
-    const QuietHdf5 quiet;
-    if (!has_path(file.get(), name)) throw Error(place + " is missing");
-    const Hdf5Id dataset(H5Dopen2(file.get(), name.c_str(), H5P_DEFAULT), H5Dclose);
-    if (!dataset.ok()) throw Error(place + " is no dataset, or is damaged");
-    const Hdf5Id type(H5Dget_type(dataset.get()), H5Tclose);
-    const Hdf5Id space(H5Dget_space(dataset.get()), H5Sclose);
-    const int dimensions = space.ok() ? H5Sget_simple_extent_ndims(space.get()) : -1;
-    if (!type.ok() || dimensions < 0) throw Error(place + " is damaged: its type or size cannot be read");
-    std::vector<hsize_t> extents(static_cast<std::size_t>(dimensions));
-    if (dimensions > 0) H5Sget_simple_extent_dims(space.get(), extents.data(), nullptr);
-    Hdf5Array array;
-    array.shape.assign(extents.begin(), extents.end());
-    if (std::ranges::count(array.shape, std::size_t{0}) > 0 || H5Sget_simple_extent_type(space.get()) == H5S_NULL) {
-        throw bad_value("size", shape_words(array.shape), "at least one number", place);
-    }
-    const MemoryType memory = memory_type(type.get(), place);
-    array.type = memory.type;
-    array.bytes.resize(believable_bytes(dataset.get(), array.shape, bytes_of(memory.type), place));
-    // A truth value is read as what it is stored as.
-    const bool is_enum = H5Tget_class(type.get()) == H5T_ENUM;
-    const Hdf5Id native(is_enum ? H5Tget_native_type(type.get(), H5T_DIR_ASCEND) : -1, H5Tclose);
-    const hid_t wanted = is_enum ? native.get() : memory.id;
-    if (H5Dread(dataset.get(), wanted, H5S_ALL, H5S_ALL, H5P_DEFAULT, array.bytes.data()) < 0) {
-        throw Error(place + " cannot be read: it is cut off, damaged, or compressed in a way that is not known here");
-    }
-    return array;
-}
-
 Hdf5File::Hdf5File(const std::filesystem::path& path) : path_(path) {
     check_readable_file(path);
-    const QuietHdf5 quiet;
-    if (H5Fis_hdf5(path.c_str()) <= 0) throw Error(path.string() + " is no HDF5 file");
-    Hdf5Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (!file.ok()) throw Error(path.string() + " is a HDF5 file that cannot be opened: it is cut off or damaged");
-    handles_ = std::make_unique<Handles>(Handles{std::move(file)});
+    (void)asked(path, Hdf5Question::is_readable, "");
 }
-
-Hdf5File::~Hdf5File() = default;
 
 std::string Hdf5File::place(const std::string& name) const { return name + " of " + path_.string(); }
 
-bool Hdf5File::has(const std::string& name) const {
-    const QuietHdf5 quiet;
-    return has_path(handles_->file.get(), name);
-}
+bool Hdf5File::has(const std::string& name) const { return asked(path_, Hdf5Question::has, name).is_there; }
 
 std::vector<std::string> Hdf5File::names(const std::string& group) const {
-    const QuietHdf5 quiet;
-    const bool is_root = group == "/";
-    if (!is_root && !has_path(handles_->file.get(), group)) throw Error(place(group) + " is missing");
-    const Hdf5Id id(H5Gopen2(handles_->file.get(), group.c_str(), H5P_DEFAULT), H5Gclose);
-    if (!id.ok()) throw Error(place(group) + " is no group, or is damaged");
-    std::vector<std::string> names;
-    const auto collect = [](hid_t, const char* name, const H5L_info_t*, void* into) -> herr_t {
-        try {
-            static_cast<std::vector<std::string>*>(into)->emplace_back(name);
-            return 0;
-        } catch (const std::exception&) {  // may not pass through the library
-            return -1;
-        }
-    };
-    if (H5Literate(id.get(), H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0) {
-        throw Error(place(group) + " is damaged: its names cannot be listed");
-    }
-    std::ranges::sort(names);
-    return names;
+    return asked(path_, Hdf5Question::names, group).names;
 }
 
+std::string Hdf5File::text(const std::string& name) const { return asked(path_, Hdf5Question::text, name).text; }
+
 Hdf5Array Hdf5File::array(const std::string& name, std::size_t dimensions) const {
-    Hdf5Array array = handles_->read(name, place(name));
+    Hdf5Array array = asked(path_, Hdf5Question::array, name).array;
     if (array.shape.size() == dimensions) return array;
     throw bad_value("size", shape_words(array.shape), std::to_string(dimensions) + " axes", place(name));
 }
 
 Eigen::MatrixXd Hdf5File::any_matrix(const std::string& name, int rows, int columns) const {
-    const Hdf5Array array = handles_->read(name, place(name));
+    const Hdf5Array array = asked(path_, Hdf5Question::array, name).array;
     std::vector<std::size_t> shape, wanted;
     for (const std::size_t n : array.shape) {
         if (n != 1) shape.push_back(n);
@@ -253,36 +135,5 @@ Eigen::MatrixXd Hdf5File::matrix(const std::string& name, int rows, int columns)
 }
 
 double Hdf5File::number(const std::string& name) const { return matrix(name, 1, 1)(0, 0); }
-
-std::string Hdf5File::text(const std::string& name) const {
-    const QuietHdf5 quiet;
-    const hid_t file = handles_->file.get();
-    if (!has_path(file, name)) throw Error(place(name) + " is missing");
-    const Hdf5Id dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
-    const Hdf5Id type(dataset.ok() ? H5Dget_type(dataset.get()) : -1, H5Tclose);
-    const Hdf5Id space(dataset.ok() ? H5Dget_space(dataset.get()) : -1, H5Sclose);
-    if (!type.ok() || !space.ok() || H5Tget_class(type.get()) != H5T_STRING ||
-        H5Sget_simple_extent_npoints(space.get()) != 1) {
-        throw Error(place(name) + " is no text");
-    }
-    if (H5Tis_variable_str(type.get()) > 0) {
-        char* letters = nullptr;
-        const Hdf5Id memory(H5Tcopy(type.get()), H5Tclose);
-        if (H5Dread(dataset.get(), memory.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &letters) < 0) {
-            throw Error(place(name) + " cannot be read");
-        }
-        const std::string text = letters == nullptr ? "" : letters;
-        H5Dvlen_reclaim(memory.get(), space.get(), H5P_DEFAULT, &letters);
-        return text;
-    }
-    constexpr std::size_t kLongest = 4096;  // of a name
-    const std::size_t length = H5Tget_size(type.get());
-    if (length > kLongest) throw bad_value("letters", std::to_string(length), "at most 4096", place(name));
-    std::string text(length, '\0');
-    if (H5Dread(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0) {
-        throw Error(place(name) + " cannot be read");
-    }
-    return std::string(trimmed(text.c_str()));
-}
 
 }  // namespace raylign::detail

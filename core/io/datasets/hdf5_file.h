@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,14 +18,12 @@ struct Hdf5Array {
 };
 
 /// A HDF5 file that is read by paths such as "17-1882/vol/pixels". All errors name file and path. Sizes that the file
-/// declares are believed only where its data can hold them.
+/// declares are believed only where its data can hold them. Each reading is done by a process of its own, which opens
+/// the file again: nothing of a damaged file comes near this one.
 class Hdf5File {
 public:
     /// Throws Error for a file that is missing, damaged or no HDF5.
     explicit Hdf5File(const std::filesystem::path& path);
-    ~Hdf5File();
-    Hdf5File(const Hdf5File&) = delete;
-    Hdf5File& operator=(const Hdf5File&) = delete;
 
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
     [[nodiscard]] bool has(const std::string& name) const;
@@ -47,9 +44,7 @@ public:
     [[nodiscard]] std::string place(const std::string& name) const;
 
 private:
-    struct Handles;
     std::filesystem::path path_;
-    std::unique_ptr<Handles> handles_;
 };
 
 }  // namespace raylign::detail

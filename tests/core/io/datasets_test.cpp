@@ -238,5 +238,53 @@ TEST_F(DeepFluoro, FilesThatAreCutOffOrNoHdf5AreErrors) {
     }
 }
 
+TEST_F(DeepFluoro, TheFileIsOpenInNoProcessButItsReaders) {
+    const Hdf5File file(at("d.h5"));
+    EXPECT_EQ(file.number("proj-params/num-cols"), kXrayColumns);
+    EXPECT_EQ(file.text("17-1882/vol-seg/labels-def/5"), "left-femur");
+    EXPECT_THAT(file.names("/"), ElementsAre("17-1882", "proj-params"));
+    EXPECT_EQ(H5Fget_obj_count(static_cast<hid_t>(H5F_OBJ_ALL), H5F_OBJ_FILE), 0);
+}
+
+/// The message, or "" where all was read.
+std::string message_of_reading(const std::filesystem::path& path) {
+    try {
+        (void)read_deepfluoro(path, {}).read_view("000");
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+TEST_F(DeepFluoro, DamagedFilesAreReadOrRefusedAndKillNothing) {
+    const std::string whole = content_of(at("d.h5"));
+    int read = 0, refused = 0;
+    for (std::size_t place = 8; place < whole.size(); place += 331) {
+        std::string damaged = whole;
+        damaged[place] = static_cast<char>(~damaged[place]);
+        const std::filesystem::path path = write("damaged.h5", damaged);
+        const std::string message = message_of_reading(path);
+        if (message.empty()) {
+            ++read;
+            continue;
+        }
+        ++refused;
+        EXPECT_THAT(message, HasSubstr("damaged.h5")) << place;
+    }
+    EXPECT_GT(read, 0);
+    EXPECT_GT(refused, 0);
+}
+
+/// A heap of texts that ends far behind the file: HDF5 1.10 reads on.
+TEST_F(DeepFluoro, ADamagedHeapOfTextsIsAnError) {
+    std::string bytes = content_of(at("d.h5"));
+    const std::size_t heap = bytes.find("GCOL");
+    ASSERT_NE(heap, std::string::npos);
+    bytes.replace(heap + 8, 8, std::string(4, '\xff') + std::string(4, '\0'));
+    const std::filesystem::path path = write("heap.h5", bytes);
+    EXPECT_THAT(message_of_reading(path), HasSubstr("heap.h5"));
+    EXPECT_EQ(message_of_reading(at("d.h5")), "") << "the next one is read";
+}
+
 }  // namespace
 }  // namespace raylign::detail::test
