@@ -143,6 +143,7 @@ OutputFolder::OutputFolder(const fs::path& folder) : folder_(fs::absolute(folder
             made_folders_.push_back(path);
         }
         remove_dead_staging(folder_);
+        remove_dead_files(folder_);
         std::tie(staging_, lock_) = make_locked_staging(folder_);
     } catch (...) {
         remove_made_folders();

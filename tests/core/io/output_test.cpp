@@ -1,5 +1,8 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 
 #include <csignal>
 
@@ -86,6 +89,36 @@ TEST_F(Output, WhatAKilledRunLeftGoesAndARunAtWorkStays) {
     EXPECT_EQ(content_of(at("a")) + content_of(at("b")), "firstsecond");
     EXPECT_EQ(content_of(at("elsewhere/kept")), "kept");
     EXPECT_EQ(entries(folder_), 5U) << "a, b, elsewhere, and what is no staging folder";
+}
+
+/// The id of a process that is no more.
+pid_t dead_process() {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(0);
+    EXPECT_EQ(::waitpid(child, nullptr, 0), child);
+    return child;
+}
+
+TEST_F(Output, TemporaryFilesOfKilledRunsGoAndOthersStay) {
+    const std::string dead = ".raylign-" + std::to_string(dead_process()) + "-";
+    const std::vector<std::string> kept = {".raylign-" + std::to_string(::getppid()) + "-a.mha",
+                                           dead.substr(0, 10),
+                                           ".raylign-x-a.mha",
+                                           ".raylign-12",
+                                           "raylign-1-a",
+                                           dead + "locked"};
+    for (const std::string& name : kept) (void)write(name, "kept");
+    const Descriptor locked(::open(at(dead + "locked").c_str(), O_RDWR));  // as by a run on another machine
+    ASSERT_EQ(::flock(locked.number(), LOCK_SH), 0);
+    (void)write(dead + "a.mha", "half");
+    std::filesystem::create_directory(at(dead + "folder"));
+    write_text(at("a.txt"), "whole");
+    EXPECT_FALSE(std::filesystem::exists(at(dead + "a.mha")));
+    (void)write(dead + "b.txt", "half");
+    { OutputFolder folder(folder_); }
+    EXPECT_FALSE(std::filesystem::exists(at(dead + "b.txt")));
+    for (const std::string& name : kept) EXPECT_EQ(content_of(at(name)), "kept") << name;
+    EXPECT_EQ(entries(folder_), kept.size() + 2) << "those, a.txt, and what is no file";
 }
 
 TEST_F(Output, AnotherUsersStagingFolderStays) {
