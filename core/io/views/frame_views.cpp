@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/fault_text.h"
@@ -66,21 +68,46 @@ Polarity polarity_of(const Image& stored, const XrayConversion& converted) {
     return xy * count >= x * y ? Polarity::bone_bright : Polarity::bone_dark;
 }
 
-}  // namespace
+using FrameSets = std::map<int, FrameSet>;  // by number
 
-std::vector<FrameSet> pair_frames(const ViewsFile& views, const FrameRange& range) {
-    check(range);
-    std::map<int, FrameSet> by_number;
+/// Numbers that no view has, between those that are there: time passed there, too. The sequence's own step is the
+/// largest that meets all numbers; where it would lack more than it has, the numbers do not count frames.
+void add_lacking(FrameSets& sets) {
+    std::int64_t step = 0;
+    const auto first = sets.begin();
+    if (first == sets.end()) return;
+    const std::int64_t begin = first->first, end = sets.rbegin()->first;
+    for (const auto& [number, unused] : sets) step = std::gcd(step, number - begin);
+    const auto count = static_cast<std::int64_t>(sets.size());
+    if (step == 0 || (end - begin) / step + 1 > 2 * count) return;
+    const std::vector<std::optional<FrameFile>> none(first->second.files.size());
+    for (std::int64_t number = begin; number < end; number += step) {
+        sets.try_emplace(static_cast<int>(number), FrameSet{static_cast<int>(number), none});
+    }
+}
+
+FrameSets all_frames(const ViewsFile& views) {
+    FrameSets sets;
     for (std::size_t v = 0; v < views.views.size(); ++v) {
         for (const FrameFile& frame : views.origins[v].frames) {
-            if (range.first && frame.number < *range.first) continue;
-            if (range.last && frame.number > *range.last) continue;
-            FrameSet& set = by_number[frame.number];
+            FrameSet& set = sets[frame.number];
             set.number = frame.number;
             set.files.resize(views.views.size());
             set.files[v] = frame;
         }
     }
+    add_lacking(sets);
+    return sets;
+}
+
+}  // namespace
+
+std::vector<FrameSet> pair_frames(const ViewsFile& views, const FrameRange& range) {
+    check(range);
+    FrameSets by_number = all_frames(views);
+    std::erase_if(by_number, [&](const auto& item) {
+        return item.first < range.first.value_or(item.first) || item.first > range.last.value_or(item.first);
+    });
     std::vector<FrameSet> sets;
     for (auto& [number, set] : by_number) {
         const int first = range.first.value_or(by_number.begin()->first);

@@ -93,6 +93,35 @@ TEST_F(FrameViews, MissingEmptyAndUnreadableFramesAreGaps) {
     EXPECT_THAT(reader.read(frames[3]).gap, AllOf(HasSubstr("LAT"), HasSubstr("lat.4.png")));
 }
 
+TEST_F(FrameViews, ANumberThatNoViewHasIsAGap) {
+    for (const char* name : {"ap.3.png", "lat.3.png"}) std::filesystem::remove(at(name));
+    const ViewsFile read = views();
+    const auto frames = pair_frames(read, {});
+    ASSERT_EQ(frames.size(), 4u);
+    check_frame_sizes(read, frames);
+    EXPECT_EQ(frames[2].number, 3);
+    EXPECT_THAT(InstantReader(read).read(frames[2]).gap, HasSubstr("AP has no frame 3"));
+    EXPECT_EQ(pair_frames(read, {3, 4, 1}).size(), 2u) << "also as the first";
+}
+
+TEST_F(FrameViews, ASequenceOfOneViewHasGapsInItsOwnSteps) {
+    const std::string ap = replaced(kCameraView, "\"camera\"", "\"frames\": \"s.*.png\", \"camera\"");
+    write("one.json", views_json(ap));
+    const auto numbers = [&](const std::vector<int>& there) {
+        for (const int number : there) frame("s." + std::to_string(number) + ".png", 8, 6, 1);
+        const std::vector<std::string> files{at("one.json").string()};
+        const ViewsFile read = read_views(files, ViewsReadOptions{.images = ReadImages::frames});
+        std::vector<int> result;
+        for (const FrameSet& set : pair_frames(read, {})) result.push_back(set.number);
+        for (const int number : there) std::filesystem::remove(at("s." + std::to_string(number) + ".png"));
+        return result;
+    };
+    EXPECT_EQ(numbers({1, 2, 4}), (std::vector{1, 2, 3, 4}));
+    EXPECT_EQ(numbers({10, 20, 40, 50}), (std::vector{10, 20, 30, 40, 50}));
+    EXPECT_EQ(numbers({5}), (std::vector{5}));
+    EXPECT_EQ(numbers({7, 1003, 2001}), (std::vector{7, 1003, 2001})) << "times, not counts";
+}
+
 TEST_F(FrameViews, ADamagedFirstFrameIsAGapToo) {
     write("ap.1.png", "not an image");
     const ViewsFile read = views();

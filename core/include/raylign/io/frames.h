@@ -25,8 +25,9 @@ struct FrameRange {
     int step = 1;                    ///< take the numbers first, first + step, ...; at least 1
 };
 
-/// The frames that any view has in the range, by number. Throws Error for a bad range, and where no number of the range
-/// is in all views: such lists do not belong together.
+/// The frames that any view has in the range, by number, and those that none has in between: in steps that meet all
+/// numbers, unless more would be lacking than are there (the numbers then count no frames). Throws Error for a bad
+/// range, and where no number of the range is in all views: such lists do not belong together.
 [[nodiscard]] std::vector<FrameSet> pair_frames(const ViewsFile& views, const FrameRange& range);
 
 /// Throws Error, naming the file, unless every file has the size of its view's camera. Reads headers only.
