@@ -1,6 +1,8 @@
 #include "raylign/io/volume.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -23,6 +25,16 @@ namespace {
 
 using detail::number_text;
 using detail::Raster;
+
+/// Whole numbers as they are, others with six significant digits: what single precision leaves behind
+/// (789.0000610351562) tells nobody anything.
+std::string voxel_text(double value) {
+    constexpr int kDigits = 6;
+    if (value == std::trunc(value)) return number_text(value);
+    std::array<char, 32> text;
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, kDigits);
+    return {text.data(), end.ptr};
+}
 
 /// Turns the file's numbers into 1/mm and remembers what it met.
 class Converter {
@@ -96,8 +108,7 @@ private:
 void Converter::check_unit(detail::FileFormat format, const std::filesystem::path& path) const {
     constexpr double kLeastHu = 10;                // HU of a CT go from -1000 to beyond this
     constexpr double kLowest = -1, kHighest = 10;  // 1/mm: lead at 60 keV has 5.7
-    const std::string range =
-        path.string() + ": voxels go from " + number_text(lowest_) + " to " + number_text(highest_);
+    const std::string range = path.string() + ": voxels go from " + voxel_text(lowest_) + " to " + voxel_text(highest_);
     if (options_.is_attenuation) {
         if (lowest_ >= kLowest && highest_ <= kHighest) return;
         throw Error(range +
@@ -112,7 +123,7 @@ void Converter::describe(detail::PixelType type, std::vector<std::string>& notes
     if (padding_ > 0) {
         notes.push_back(std::to_string(padding_) + " voxels have PixelPaddingValue (0028,0120) and became air");
     }
-    const std::string range = number_text(lowest_) + " to " + number_text(highest_);
+    const std::string range = voxel_text(lowest_) + " to " + voxel_text(highest_);
     if (options_.is_attenuation) {
         notes.push_back("voxels (" + range + ") are taken as linear attenuation in 1/mm");
         return;

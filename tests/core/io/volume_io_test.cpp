@@ -99,6 +99,17 @@ TEST_F(VolumeIo, DetachedMetaImageHeaderIsRead) {
     EXPECT_EQ(read_volume(write("ct.mhd", header)).volume.attenuation_per_mm, small_attenuation());
 }
 
+TEST_F(VolumeIo, NotesShowNoNoiseOfSinglePrecision) {
+    std::vector<float> voxels(12, -1000.00006F);
+    voxels[3] = 789.0000610351562F;
+    const auto path = write("v.mha", MetaText{.type = "MET_FLOAT"}.with(bytes_of(voxels)));
+    EXPECT_THAT(read_volume(path).notes, testing::Contains(HasSubstr("stored -1000 to 789, ")));
+    voxels[3] = 123456789;
+    EXPECT_THAT(read_volume(write("w.mha", MetaText{.type = "MET_FLOAT"}.with(bytes_of(voxels)))).notes,
+                testing::Contains(HasSubstr("to 123456792, ")))
+        << "whole numbers are shown whole";
+}
+
 TEST_F(VolumeIo, NamedPresetIsUsed) {
     const auto path = write("ct.mha", MetaText().with(bytes_of(test::small_hu())));
     EXPECT_FLOAT_EQ(read_volume(path, {.hu_preset = "plastimatch"}).volume(2, 1, 0), 0.022F);
