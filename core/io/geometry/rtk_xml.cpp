@@ -28,6 +28,15 @@ struct RtkProjection {
     std::optional<Matrix34> matrix;  ///< as the file states it: detector mm from world
 };
 
+/// Where expat stands. Its older function is deprecated from 2.8 on, the newer one missing before.
+auto line_number_of(XML_Parser parser) {
+#if XML_MAJOR_VERSION > 2 || (XML_MAJOR_VERSION == 2 && XML_MINOR_VERSION >= 8)
+    return XML_GetCurrentLineNumber64(parser);
+#else
+    return XML_GetCurrentLineNumber(parser);
+#endif
+}
+
 /// Collects what expat reports. Nothing may be thrown through expat's C code: the first fault is kept.
 class RtkParser {
 public:
@@ -53,7 +62,7 @@ public:
             if (!fault_.empty()) throw Error(fault_);
             if (status != XML_STATUS_OK) {
                 throw Error(name_ + " is not valid XML: " + XML_ErrorString(XML_GetErrorCode(parser_)) + " at line " +
-                            std::to_string(XML_GetCurrentLineNumber(parser_)));
+                            std::to_string(line_number_of(parser_)));
             }
         }
         if (projections_.empty()) throw Error(name_ + " has no Projection (RTK geometry)");
