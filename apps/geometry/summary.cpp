@@ -16,7 +16,15 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 /// Wider than a summary's: of the longest label.
 std::string view_line(const char* label, const std::string& text) { return line(label, text, 12); }
 
-std::string point_text(const Eigen::Vector3d& p) { return format("(%.3f, %.3f, %.3f)", p.x(), p.y(), p.z()); }
+/// What would be shown as -0.000 with so many digits is 0.
+double without_minus_zero(double value, int digits = 3) {
+    return std::abs(value) < std::pow(10, -digits) / 2 ? 0 : value;
+}
+
+std::string point_text(const Eigen::Vector3d& p) {
+    return format("(%.3f, %.3f, %.3f)", without_minus_zero(p.x()), without_minus_zero(p.y()),
+                  without_minus_zero(p.z()));
+}
 
 Eigen::Vector2d middle_px(const ViewGeometry& view) {
     return (view.camera.size_px.cast<double>() - Eigen::Vector2d::Ones()) / 2;
@@ -60,7 +68,8 @@ std::string isocentre_lines(const ViewGeometry& view) {
     return view_line(
                "isocentre",
                format(
-                   "world's origin: %.3f mm before the source, at pixel (%.2f, %.2f)%s", *depth, pixel.x(), pixel.y(),
+                   "world's origin: %.3f mm before the source, at pixel (%.2f, %.2f)%s", *depth,
+                   without_minus_zero(pixel.x(), 2), without_minus_zero(pixel.y(), 2),
                    (pixel - middle_px(view)).cwiseAbs().cwiseQuotient(view.camera.size_px.cast<double>()).maxCoeff() >
                            0.5
                        ? ", outside the image"
@@ -98,7 +107,8 @@ std::string view_text(const ViewSummary& summary) {
     text += view_line("axes", "columns " + point_text(axes.row(0)) + ", rows " + point_text(axes.row(1)) + " in world");
     const CArmAngles angles = c_arm_angles(view.camera_from_world);
     text += view_line("angles", format("primary %+.3f, secondary %+.3f, in-plane %+.3f degrees (if the world is LPS)",
-                                       angles.primary_deg, angles.secondary_deg, angles.in_plane_deg));
+                                       without_minus_zero(angles.primary_deg), without_minus_zero(angles.secondary_deg),
+                                       without_minus_zero(angles.in_plane_deg)));
     text += isocentre_lines(view);
     for (const std::string& assumption : summary.assumptions) text += view_line("assumed", assumption);
     for (const std::string& doubt : geometry_doubts(view)) text += view_line("doubt", doubt);

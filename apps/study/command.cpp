@@ -91,15 +91,16 @@ int run_trials(const Study& study, const std::string& config, const Invocation& 
 }
 
 int run_one_trial(const Study& study, long long trial) {
-    if (trial >= static_cast<long long>(study.trial_count())) {
-        throw bad_value("--trial", std::to_string(trial), "below " + std::to_string(study.trial_count()));
+    const auto count = static_cast<long long>(study.trial_count());
+    if (trial < 0 || trial >= count) {
+        throw bad_value("--trial", std::to_string(trial), "in [0, " + std::to_string(count - 1) + "]");
     }
     std::cout << trial_line(run_trial(study, static_cast<std::size_t>(trial), {.stop = interrupt_token()})) << "\n";
     return 0;
 }
 
 void check_outputs(const StudyOptions& options) {
-    if (options.trial >= 0) return;
+    if (options.trial) return;
     if (options.output.folder.empty()) throw Error("-o is required (unless --trial runs a single one)");
     refuse_to_overwrite({options.volume.file, options.views, options.truth.truth, options.truth.targets},
                         options.output.folder,
@@ -118,7 +119,7 @@ int run_study_with_ranks(const StudyOptions& options, const Invocation& invocati
 int run_study(const StudyOptions& given, const Invocation& invocation) {
     const StudyOptions options = settled(given);
     check_outputs(options);
-    if (options.trial >= 0) return run_one_trial(set_up_study(options), options.trial);
+    if (options.trial) return run_one_trial(set_up_study(options), *options.trial);
     if (const std::unique_ptr<Ranks> ranks = Ranks::join()) return run_study_with_ranks(options, invocation, *ranks);
     const Study study = set_up_study(options);
     return run_trials(study, study_config(study), invocation, nullptr);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct StudyOptions {
     int per_bin = kOfPreset;             ///< the preset's, or 10
     std::vector<std::string> view_sets;  ///< each names with commas; none = the preset's, or all views together
     double noise_photons = 0;            ///< of simulated X-rays; 0 = no noise
-    long long trial = -1;                ///< run this one alone; -1 = the study
+    std::optional<long long> trial;      ///< run this one alone; none = the study
     bool backends_of_preset = false;     ///< set by settled(): backends that cannot run here are left out
 };
 

@@ -39,6 +39,18 @@ TEST_F(GeometryCommand, ExplainsAFile) {
     EXPECT_THAT(result.out, HasSubstr("source      (-7.000, 900.000, -5.000) mm in world"));
 }
 
+TEST_F(GeometryCommand, ZeroHasNoSign) {
+    const ProgramResult result = run_raylign({"geometry", folder.path("views.json")});
+    EXPECT_THAT(result.out,
+                AllOf(HasSubstr("primary +90.000, secondary +0.000, in-plane +0.000"), HasSubstr("0.000, ")));
+    EXPECT_THAT(result.out, testing::Not(testing::ContainsRegex("-0[.]000")));
+    write_text_file(folder.path("axis.txt"),
+                    "image size\n100,100\n\ncamera matrix\n2000,0,50\n0,2000,50\n0,0,1\n\nrotation\n1,0,0\n0,1,0\n"
+                    "0,0,1\n\ntranslation\n0.0001\n0\n900\n");
+    EXPECT_THAT(run_raylign({"geometry", folder.path("axis.txt")}).out,
+                HasSubstr("source      (0.000, 0.000, -900.000)"));
+}
+
 TEST_F(GeometryCommand, JsonHasTheNumbers) {
     const ProgramResult result = run_raylign({"geometry", folder.path("views.json"), "--json"});
     ASSERT_EQ(result.exit_code, 0) << result.err;

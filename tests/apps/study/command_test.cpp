@@ -105,7 +105,9 @@ TEST_F(Study, OneTrialRunAloneGivesWhatTheStudyRecorded) {
     }
     EXPECT_TRUE(found);
     alone.back() = "12";
-    EXPECT_THAT(run("nothing", alone).err, HasSubstr("--trial = 12: must be below 12"));
+    EXPECT_THAT(run("nothing", alone).err, HasSubstr("--trial = 12: must be in [0, 11]"));
+    alone.back() = "-3";
+    EXPECT_THAT(run("nothing", alone).err, HasSubstr("--trial = -3: must be in [0, 11]"));
 }
 
 TEST_F(Study, TwoBackendsAreComparedOnTheSameStarts) {
