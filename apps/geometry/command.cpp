@@ -4,6 +4,7 @@
 
 #include "apps/geometry/summary.h"
 #include "apps/shared/commands.h"
+#include "apps/shared/flags.h"
 #include "apps/shared/help.h"
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
@@ -46,10 +47,7 @@ GeometryHints hints_of(const GeometryOptions& options) {
     }
     hints.sdd_mm = given(options.sdd_mm);
     if (hints.sdd_mm && !(*hints.sdd_mm > 0)) throw bad_value("--sdd", number_text(options.sdd_mm), "positive");
-    if (!options.undistorted.empty() && options.undistorted != "true" && options.undistorted != "false") {
-        throw bad_value("--undistorted", options.undistorted, "true or false");
-    }
-    if (!options.undistorted.empty()) hints.undistorted = options.undistorted == "true";
+    hints.undistorted = parse_truth(options.undistorted, "--undistorted");
     if (options.flip.empty()) return hints;
     if (options.flip == "none") hints.flip = ImageFlip::none;
     if (options.flip == "columns") hints.flip = ImageFlip::columns;
@@ -207,11 +205,7 @@ void add_geometry_command(CLI::App& app, Job& job) {
     describe(command.add_option("--flip", options->flip,
                                 "Stored pixels to reverse: none, columns or rows; default the format's own"),
              "NAME", kStartGroup);
-    describe(
-        command.add_option("--undistorted", options->undistorted,
-                           "Whether the images come undistorted, so that the file's distortion is not to be undone:\n"
-                           "true or false; default false (MayaCam: must be said)"),
-        "BOOL", kStartGroup);
+    add_undistorted_flag(command, options->undistorted, kStartGroup);
     describe(command.add_option("-o,--output", options->output,
                                 "Converted: .json (views.json), .txt (MayaCam 2), .xml (RTK), .yml (OpenCV),\n"
                                 ".csv (vectors);\n"

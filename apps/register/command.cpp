@@ -132,7 +132,7 @@ void add_register_command(CLI::App& app, Job& job) {
     const auto options = std::make_shared<RegisterOptions>();
     CLI::App& command = *app.add_subcommand("register", "Find the pose of a CT in one or more X-rays");
     add_volume_flags(command, options->volume);
-    add_views_flag(command, options->views.files, "views.json: images, cameras, masks");
+    add_views_flag(command, options->views, "views.json: images, cameras, masks");
     add_auto_mask_flag(command, options->views);
     add_start_flags(command, options->start);
     add_truth_flags(command, options->truth);

@@ -5,6 +5,7 @@
 #include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
+#include "apps/shared/parse.h"
 #include "core/io/dicom/dicom_tags.h"
 #include "core/io/poses/spatial_registration.h"
 #include "raylign/io/pose.h"
@@ -45,7 +46,9 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
 
     // The views are kept whole until the start is settled.
     ViewsFile views =
-        read_views(options.views.files, {.images = ReadImages::required, .auto_mask = options.views.auto_mask});
+        read_views(options.views.files, {.images = ReadImages::required,
+                                         .auto_mask = options.views.auto_mask,
+                                         .undistorted = parse_truth(options.views.undistorted, "--undistorted")});
     append(inputs.files, views.files);
     append(inputs.notes, views.notes);
     stop_if_interrupted();

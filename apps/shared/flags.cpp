@@ -93,14 +93,23 @@ void add_truth_flags(CLI::App& command, TruthFlags& flags) {
              kStartGroup);
 }
 
-void add_views_flag(CLI::App& command, std::vector<std::string>& files, const std::string& what) {
+void add_undistorted_flag(CLI::App& command, std::string& undistorted, const char* group) {
+    describe(
+        command.add_option("--undistorted", undistorted,
+                           "Whether the images come undistorted, so that the file's distortion is not to be undone:\n"
+                           "true or false; default false (MayaCam: must be said)"),
+        "BOOL", group);
+}
+
+void add_views_flag(CLI::App& command, ViewFlags& flags, const std::string& what) {
     describe(command
                  .add_option(
-                     "--views", files,
+                     "--views", flags.files,
                      what + "; or geometry files (MayaCam, RTK,\n"
                             "plastimatch, OpenCV, DICOM, JointTrack), each FILE or FILE=IMAGE; Autoscoper's trial.cfg")
                  ->required(),
              "FILE ... (required)", kInputGroup);
+    add_undistorted_flag(command, flags.undistorted, kInputGroup);
 }
 
 void add_auto_mask_flag(CLI::App& command, ViewFlags& flags) {

@@ -44,6 +44,7 @@ struct BackendFlags {
 
 struct ViewFlags {
     std::vector<std::string> files;  ///< views.json or geometry files, each FILE or FILE=IMAGE
+    std::string undistorted;         ///< "true" or "false": of geometry files; "" = not said
     bool auto_mask = false;
 };
 
@@ -86,8 +87,9 @@ void add_method_flags(CLI::App& command, MethodFlags& flags);
 void add_search_flags(CLI::App& command, SearchFlags& flags);
 void add_backend_flags(CLI::App& command, BackendFlags& flags);
 
-/// --views of one or several files. `what`: what the command takes from them.
-void add_views_flag(CLI::App& command, std::vector<std::string>& files, const std::string& what);
+/// --views of one or several files, and --undistorted. `what`: what the command takes from them.
+void add_views_flag(CLI::App& command, ViewFlags& flags, const std::string& what);
+void add_undistorted_flag(CLI::App& command, std::string& undistorted, const char* group);
 void add_auto_mask_flag(CLI::App& command, ViewFlags& flags);
 
 /// What the command writes, for the help of -o, --json and --quiet.

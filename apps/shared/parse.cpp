@@ -72,6 +72,12 @@ std::pair<std::string, std::string> split_named(const std::string& argument, std
     return *std::move(both);
 }
 
+std::optional<bool> parse_truth(std::string_view text, std::string_view option) {
+    if (text.empty()) return std::nullopt;
+    if (text == "true" || text == "false") return text == "true";
+    throw bad_value(option, text, "true or false");
+}
+
 void check_photons(double photons) {
     if (photons == 0 || (photons >= 1 && photons <= 1e9)) return;
     throw bad_value("--noise", number_text(photons), "in [1, 1e9], or 0 for none");

@@ -34,6 +34,9 @@ template <class Number>
 [[nodiscard]] std::pair<std::string, std::string> split_named(const std::string& argument, std::string_view option,
                                                               std::string_view form = "NAME=VALUE");
 
+/// "true" or "false"; none where the text is empty.
+[[nodiscard]] std::optional<bool> parse_truth(std::string_view text, std::string_view option);
+
 /// Throws Error for a value of --noise that is neither 0 nor in [1, 1e9] photons.
 void check_photons(double photons);
 

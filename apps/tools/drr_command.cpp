@@ -21,7 +21,7 @@ namespace {
 struct DrrOptions {
     VolumeFlags volume;
     BackendFlags backend;
-    std::vector<std::string> views;
+    ViewFlags views;
     std::filesystem::path pose, output;
     double noise_photons = 0;  ///< 0 = no noise
     std::uint64_t seed = 1;
@@ -49,7 +49,9 @@ int run_drr(const DrrOptions& options) {
     const RenderSettings render = render_settings(options.backend);
     const BackendChoice choice = choose_backend(options.backend);
     (void)read_pose(options.pose);  // before the large file
-    ViewsFile file = read_views(options.views, {.images = ReadImages::never});
+    ViewsFile file = read_views(
+        options.views.files,
+        {.images = ReadImages::never, .undistorted = parse_truth(options.views.undistorted, "--undistorted")});
     const VolumeFile volume = read_volume(options.volume.file, volume_read_options(options.volume));
     const RigidTransform world_from_ct = read_pose(options.pose, volume.files.front());
     stop_if_interrupted();

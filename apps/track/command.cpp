@@ -204,7 +204,7 @@ void add_track_command(CLI::App& app, Job& job) {
     CLI::App& command = *app.add_subcommand("track", "Follow bones through a sequence of X-rays");
     add_volume_flags(command, options->volume);
     command.get_option("--volume")->required(false)->option_text("FILE");
-    add_views_flag(command, options->views.files, "views.json: cameras, frames, masks");
+    add_views_flag(command, options->views, "views.json: cameras, frames, masks");
     add_frame_flags(command, *options);
     add_auto_mask_flag(command, options->views);
     add_object_and_start_flags(command, *options);

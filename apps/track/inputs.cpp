@@ -7,6 +7,7 @@
 #include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
+#include "apps/shared/parse.h"
 #include "core/io/files/json_node.h"
 #include "core/io/poses/autoscoper_trial.h"
 #include "core/registration/object/pose_space.h"
@@ -90,8 +91,10 @@ TrackInputs read_track_inputs(const TrackCommandOptions& options) {
         if (!object.axes.empty()) (void)read_axes(object.axes);  // a typo should not wait for a large CT
     }
     inputs.views =
-        read_views(options.views.files,
-                   {.images = ReadImages::frames, .auto_mask = options.views.auto_mask, .frames = options.frames});
+        read_views(options.views.files, {.images = ReadImages::frames,
+                                         .auto_mask = options.views.auto_mask,
+                                         .frames = options.frames,
+                                         .undistorted = parse_truth(options.views.undistorted, "--undistorted")});
     append_new(inputs.files, inputs.views.files);
     append_new(inputs.notes, inputs.views.notes);
     inputs.frames = pair_frames(inputs.views, options.range);

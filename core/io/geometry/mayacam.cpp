@@ -88,9 +88,10 @@ std::optional<Distortion> mayacam_distortion(const Sections& file, const Geometr
     if (!numbers) return std::nullopt;
     const std::optional<Distortion> stated = distortion_from(*numbers, "undistortion", where);
     if (stated && !hints.undistorted) {
-        throw Error("\"undistortion\" in " + where + " is not 0 (" + distortion_text(*stated) +
-                    "): must be told by \"undistorted\" (geometry: --undistorted), true where the images were exported "
-                    "undistorted, false where they are raw and to be undistorted on reading");
+        throw Error(
+            "\"undistortion\" in " + where + " is not 0 (" + distortion_text(*stated) +
+            "): must be told by \"undistorted\" in views.json or --undistorted, true where the images were exported "
+            "undistorted, false where they are raw and to be undistorted on reading");
     }
     return settled_distortion(stated, hints, assumptions);
 }

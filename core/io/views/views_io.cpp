@@ -223,6 +223,7 @@ void append_geometry_file(const std::filesystem::path& path, const std::filesyst
     result.files.push_back(path);
     detail::ViewPixels pixels = detail::read_view_pixels(files, options.images, path.string(), result);
     GeometryHints hints;
+    hints.undistorted = options.undistorted;
     if (!files.frames.empty()) hints.size_px = detail::frame_size_px(files.frames);
     if (!pixels.xray.image.empty()) {
         hints.size_px = Eigen::Vector2i(pixels.xray.image.width, pixels.xray.image.height);
@@ -280,6 +281,10 @@ ViewsFile read_views(std::span<const std::string> arguments, const ViewsReadOpti
         const bool is_json = detail::lower_case(path.extension().string()) == ".json";
         if (is_json && !image.empty()) {
             throw bad_value("views", argument, "a views.json without \"=IMAGE\": it names its images itself");
+        }
+        if (is_json && options.undistorted) {
+            throw Error("--undistorted is for geometry files and trials: " + path.string() +
+                        " says it itself, beside \"geometry\"");
         }
         if (is_json) {
             append_views_json(path, options, result);

@@ -165,5 +165,24 @@ TEST_F(OpencvFiles, MayaCamsUndistortionMustBeSettledByTheUser) {
                 Contains(HasSubstr("\"markers\" in the file is not used")));
 }
 
+TEST_F(OpencvFiles, MayaCamsOfTheCommandLineAndOfATrialAreSettledByItsOption) {
+    (void)write("cam.txt", kMayaDistorted);
+    (void)write("trial.cfg", "Version 1.1\nmayaCam_csv cam.txt\nCameraRootDir .\nVolumeFile v.tif\nVoxelSize 1 1 1\n");
+    for (const char* name : {"cam.txt", "trial.cfg"}) {
+        const std::vector<std::string> arguments{at(name).string()};
+        const auto read = [&](std::optional<bool> undistorted) {
+            return read_views(arguments, {.images = ReadImages::never, .undistorted = undistorted}).origins.at(0);
+        };
+        EXPECT_THAT(error_of([&] { (void)read({}); }), HasSubstr("--undistorted")) << name;
+        EXPECT_TRUE(read(false).distortion) << name;
+        EXPECT_FALSE(read(true).distortion) << name;
+    }
+    const std::vector<std::string> json{
+        write("v.json", R"({"raylign": 1, "views": [{"name": "A", "geometry": "cam.txt", "undistorted": true}]})")
+            .string()};
+    EXPECT_THAT(error_of([&] { (void)read_views(json, {.images = ReadImages::never, .undistorted = false}); }),
+                AllOf(HasSubstr("v.json"), HasSubstr("says it itself")));
+}
+
 }  // namespace
 }  // namespace raylign::detail

@@ -46,6 +46,8 @@ struct ViewsReadOptions {
     bool auto_mask = false;  ///< for every view, as "mask": "auto" says it for one
     /// With ReadImages::frames: VIEW=PATTERN (list_frames), before what the files name.
     std::vector<std::string> frames;
+    /// GeometryHints::undistorted for geometry files and trials among the arguments; views.json says it for itself.
+    std::optional<bool> undistorted;
 };
 
 /// Reads views.json (docs/formats.md describes it): all five forms of geometry. Unknown keys, wrong types and malformed
