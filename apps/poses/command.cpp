@@ -7,6 +7,8 @@
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/dicom/dicom_series.h"
+#include "core/io/dicom/dicom_tags.h"
 #include "core/io/files/output.h"
 #include "core/io/files/text.h"
 #include "core/io/poses/autoscoper_trial.h"
@@ -38,15 +40,16 @@ struct NamedGrid {
     VoxelGrid grid;
 };
 
-NamedGrid grid_of_volume(const std::string& argument, const PosesOptions& options) {
+/// "FILE" or "NAME=FILE": the name, "" = none, and the file.
+std::pair<std::string, std::filesystem::path> named_volume(const std::string& argument) {
     std::error_code ignored;
-    NamedGrid named{"", {}};
-    std::filesystem::path file = argument;
-    if (argument.find('=') != std::string::npos && !std::filesystem::exists(argument, ignored)) {
-        const auto [name, value] = split_named(argument, "--volume", "NAME=FILE");
-        named.name = name;
-        file = value;
-    }
+    if (argument.find('=') == std::string::npos || std::filesystem::exists(argument, ignored)) return {"", argument};
+    return split_named(argument, "--volume", "NAME=FILE");
+}
+
+NamedGrid grid_of_volume(const std::string& argument, const PosesOptions& options) {
+    const auto [name, file] = named_volume(argument);
+    NamedGrid named{name, {}};
     VolumeReadOptions read;
     read.series = options.series;
     if (!options.spacing.empty()) read.spacing_mm = parse_triple(options.spacing, "--spacing");
@@ -111,7 +114,7 @@ PosesOutput output_of(const PosesOptions& options) {
     const std::string extension = lower_case(options.output.extension().string());
     if (name.empty() && !extension.empty()) name = extension.substr(1);
     if (options.format.empty() && name == "csv") name = "trajectory";
-    if (options.format.empty() && (name == "json" || name == "tfm" || name == "txt")) name = "pose";
+    if (options.format.empty() && (name == "json" || name == "tfm" || name == "txt" || name == "dcm")) name = "pose";
     for (const auto& [word, output] : kNames) {
         if (name == word) return output;
     }
@@ -120,8 +123,8 @@ PosesOutput output_of(const PosesOptions& options) {
     }
     throw bad_value(
         "-o", options.output.string(),
-        "a name ending in .csv (trajectory.csv, or XMALab's with --format xmalab), .tra, .jts, .jtak, .json "
-        "or .tfm");
+        "a name ending in .csv (trajectory.csv, or XMALab's with --format xmalab), .tra, .jts, .jtak, .json, "
+        ".tfm or .dcm");
 }
 
 /// Of formats that hold one object.
@@ -187,6 +190,21 @@ RigidTransform pose_to_write(const std::vector<PoseSequence>& sequences, const P
     throw Error(options.file.string() + " has no pose for frame " + std::to_string(frame.frame));
 }
 
+/// The file of a DICOM CT whose patient, study and frame of reference a pose in DICOM gets; none for other formats.
+std::filesystem::path referenced_ct(const PosesOptions& options) {
+    if (lower_case(options.output.extension().string()) != ".dcm") return {};
+    if (options.volumes.size() != 1) {
+        throw Error(options.output.string() +
+                    ": a pose in DICOM belongs to a CT in DICOM: name that by --volume (with --series where its folder "
+                    "has several)");
+    }
+    const std::filesystem::path ct = named_volume(options.volumes.front()).second;
+    if (!std::filesystem::is_directory(ct) && !looks_like_dicom(ct)) {
+        throw Error(ct.string() + " is no DICOM file: a pose in DICOM belongs to a CT in DICOM; write .tfm or .json");
+    }
+    return choose_series(scan_dicom(ct), options.series).slices.front().path;
+}
+
 void print_summary(const std::vector<PoseSequence>& sequences) {
     for (const PoseSequence& sequence : sequences) {
         const auto poses = std::ranges::count_if(
@@ -212,7 +230,8 @@ int run_poses(const PosesOptions& options) {
     std::vector<PoseSequence> sequences = read_poses(options, grids);
     if (options.frame) keep_frame(sequences, *options.frame, options.file);
     if (output == PosesOutput::pose) {
-        write_pose(options.output, pose_to_write(sequences, options));
+        const RigidTransform pose = pose_to_write(sequences, options);
+        write_pose(options.output, pose, referenced_ct(options));
     } else {
         write_text(options.output, table_text(output, sequences, grids, options));
     }
@@ -224,7 +243,7 @@ int run_poses(const PosesOptions& options) {
 void add_poses_flags(CLI::App& command, PosesOptions& options) {
     describe(command.add_option("-v,--volume", options.volumes,
                                 "Volume whose frame a .tra is told in; may be repeated, in the order of the file;\n"
-                                "default none"),
+                                "the DICOM CT that a .dcm belongs to; default none"),
              "[NAME=]FILE ...", kInputGroup);
     describe(command.add_option("--trial", options.trial,
                                 "Autoscoper trial (.cfg) that names these volumes and their voxel sizes; default none"),
@@ -246,7 +265,7 @@ void add_poses_flags(CLI::App& command, PosesOptions& options) {
              kObjectGroup);
     describe(command
                  .add_option("-o,--output", options.output,
-                             "Converted: .csv (trajectory.csv), .tra, .jts, .jtak; of one frame .json or .tfm")
+                             "Converted: .csv (trajectory.csv), .tra, .jts, .jtak; of one frame .json, .tfm or .dcm")
                  ->required(),
              "FILE (required)", kOutputGroup);
     describe(command.add_option("--format", options.format,
@@ -262,13 +281,14 @@ void add_poses_command(CLI::App& app, Job& job) {
     command
         .add_option("file", options->file,
                     "trajectory.csv, Autoscoper's .tra, JointTrack's .jts or .jtak, XMALab's rigid body CSV,\n"
-                    "pose.json, .tfm")
+                    "pose.json, .tfm, .dcm")
         ->required()
         ->option_text("FILE (required)");
     add_poses_flags(command, *options);
     finish_command(command,
                    "  raylign poses fem.jts -o fem.csv\n"
                    "  raylign poses fem.jts --frame 1 -o start.json\n"
+                   "  raylign poses pose.json --volume dicom_folder -o pose.dcm\n"
                    "  raylign poses radius.tra --volume radius.tif --spacing 0.4,0.4,0.625 -o trajectory.csv\n"
                    "  raylign poses track/trajectory.csv --object radius --trial wrist.cfg -o radius.tra\n"
                    "  raylign poses trajectory.csv -o bodies.csv --format xmalab");

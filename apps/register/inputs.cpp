@@ -6,7 +6,6 @@
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
 #include "apps/shared/parse.h"
-#include "core/io/dicom/dicom_tags.h"
 #include "core/io/poses/spatial_registration.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
@@ -27,13 +26,10 @@ void read_poses(const TruthFlags& flags, RegisterInputs& inputs) {
     }
 }
 
-/// Poses in DICOM again: which way they go is told by the CT's frame of reference.
+/// The true pose again: where it is in DICOM, which way it goes is told by the CT's frame of reference.
 void settle_dicom_poses(const RegisterOptions& options, const std::filesystem::path& ct, RegisterInputs& inputs) {
     if (!dicom_frame_of_reference(ct).empty()) inputs.dicom_ct = ct;
     if (!options.truth.truth.empty()) inputs.true_world_from_ct = read_pose(options.truth.truth, ct);
-    const std::string& start = options.start.pose;
-    if (!start.empty() && start != "dicom" && looks_like_dicom(start))
-        inputs.start_world_from_ct = read_pose(start, ct);
 }
 
 }  // namespace
@@ -59,7 +55,8 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     append(inputs.notes, volume.notes);
     stop_if_interrupted();
 
-    FirstGuess guess = first_guess(options.start, inputs.volume.grid, views, {0, 0, "", volume.file_grid});
+    FirstGuess guess =
+        first_guess(options.start, inputs.volume.grid, views, {0, 0, "", volume.file_grid, volume.files.front()});
     inputs.start_world_from_ct = guess.world_from_ct;
     append(inputs.files, guess.files);
     append(inputs.notes, guess.notes);

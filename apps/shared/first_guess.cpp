@@ -126,7 +126,7 @@ RigidTransform only_pose(const PoseSequence& sequence, const std::filesystem::pa
 /// The pose of the frame that is registered first.
 RigidTransform read_start(const std::filesystem::path& file, const StartFrame& frame) {
     const PoseFileFormat format = pose_file_format(file);
-    if (format == PoseFileFormat::single) return read_pose(file);
+    if (format == PoseFileFormat::single) return read_pose(file, frame.ct);
     const std::vector<PoseSequence> sequences = read_pose_file(file, {.shown_grids = {frame.shown_grid}, .tra = {}});
     const PoseSequence& sequence = sequence_of(sequences, frame.object, file);
     if (frame.line == 0) return only_pose(sequence, file);

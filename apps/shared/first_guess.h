@@ -20,10 +20,11 @@ struct FirstGuess {
 
 /// Which pose of a file with several (.tra, .jts, trajectory.csv, XMALab's CSV) is the start.
 struct StartFrame {
-    int number = 0;        ///< of the frame, in files that number them; 0 = the only pose of the file
-    int line = 0;          ///< of the others, from 1; 0 = the only pose of the file
-    std::string object;    ///< in files with several
-    VoxelGrid shown_grid;  ///< of the volume file, for .tra
+    int number = 0;            ///< of the frame, in files that number them; 0 = the only pose of the file
+    int line = 0;              ///< of the others, from 1; 0 = the only pose of the file
+    std::string object;        ///< in files with several
+    VoxelGrid shown_grid;      ///< of the volume file, for .tra
+    std::filesystem::path ct;  ///< a file of the volume: the direction of a pose in DICOM; "" = by convention
 };
 
 /// The pose file, the pose by landmarks (core/start/landmark_pose.h), the one that DICOM geometry tells (the

@@ -50,7 +50,8 @@ TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
     append_new(inputs.files, volume.files);
     for (std::string& note : volume.notes) note = flags.name + ": " + note;
     append_new(inputs.notes, volume.notes);
-    const StartFrame first{inputs.frames.front().number, line_of_first_frame(inputs), flags.name, volume.file_grid};
+    const StartFrame first{inputs.frames.front().number, line_of_first_frame(inputs), flags.name, volume.file_grid,
+                           volume.files.front()};
     FirstGuess guess = first_guess({flags.start, {}, {}}, object.volume.grid, inputs.views, first);
     object.start_world_from_ct = guess.world_from_ct;
     append_new(inputs.files, guess.files);

@@ -5,6 +5,7 @@
 #include "raylign/io/pose.h"
 #include "raylign/io/trajectory.h"
 #include "tests/apps/run_program.h"
+#include "tests/support/test_data.h"
 
 namespace raylign::detail::test {
 namespace {
@@ -54,6 +55,19 @@ TEST_F(PosesCommand, TakesOnePoseOut) {
     EXPECT_LT((x - Eigen::Vector3d(-19, 12, -970)).norm(), 1e-9) << x.transpose();
 }
 
+TEST_F(PosesCommand, APoseOfADicomCtIsWrittenInDicom) {
+    const auto ct = test_data() / "pelvis" / "dicom";
+    RAYLIGN_NEED_DATA(ct);
+    const ProgramResult result =
+        poses({folder.path("fem.jts"), "--frame", "2", "--volume", ct.string(), "-o", folder.path("pose.dcm")});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto expected = read_jointtrack_poses(folder.path("fem.jts")).frames[1].world_from_ct;
+    const RigidTransform written = read_pose(folder.path("pose.dcm"), ct / names_in(ct).front());
+    EXPECT_LT((to_matrix(written) - to_matrix(*expected)).cwiseAbs().maxCoeff(), 1e-9);
+    ASSERT_EQ(poses({folder.path("pose.dcm"), "-o", folder.path("pose.json")}).exit_code, 0);
+    EXPECT_LT((to_matrix(read_pose(folder.path("pose.json"))) - to_matrix(*expected)).cwiseAbs().maxCoeff(), 1e-9);
+}
+
 TEST_F(PosesCommand, ConvertsThroughEveryFormatAndBack) {
     std::string last = folder.path("fem.jts");
     const std::vector<std::vector<std::string>> steps = {
@@ -89,6 +103,11 @@ TEST_F(PosesCommand, FaultsAreUsageErrors) {
     EXPECT_THAT(message({jts, "-o", folder.path("a.json"), "--frame", "3"}), HasSubstr("in [1, 2]"));
     EXPECT_THAT(message({jts, "-o", folder.path("a.tra")}), HasSubstr("--volume"));
     EXPECT_THAT(message({jts, "-o", folder.path("a.xyz")}), HasSubstr(".jtak"));
+    const std::string dcm = folder.path("a.dcm"), tiff = folder.path("femur.tif");
+    EXPECT_THAT(message({jts, "-o", dcm}), HasSubstr("choose by --frame N"));
+    EXPECT_THAT(message({jts, "--frame", "1", "-o", dcm}), AllOf(HasSubstr("CT in DICOM"), HasSubstr("--volume")));
+    EXPECT_THAT(message({jts, "--frame", "1", "-o", dcm, "--volume", tiff, "--spacing", "1,1,1"}),
+                AllOf(HasSubstr("femur.tif"), HasSubstr("is no DICOM file")));
     EXPECT_THAT(message({jts, "-o", folder.path("a.csv"), "--format", "maya"}), HasSubstr("xmalab"));
     EXPECT_THAT(message({jts, "-o", jts}), HasSubstr("overwrite"));
     EXPECT_THAT(message({jts, "-o", folder.path("a.csv"), "--order", "up"}), HasSubstr("rows or columns"));

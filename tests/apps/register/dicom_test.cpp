@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/io/poses/spatial_registration.h"
+#include "raylign/io/image.h"
 #include "raylign/io/pose.h"
 #include "tests/apps/run_program.h"
 #include "tests/support/test_data.h"
@@ -36,6 +38,32 @@ TEST(DicomRegister, LeavesAPoseInDicomThatIsAStart) {
     constexpr double kDicomDigits = 1e-9;  // numbers of at most 16 characters
     EXPECT_LT((to_matrix(found) - to_matrix(in_dicom)).cwiseAbs().maxCoeff(), kDicomDigits);
     EXPECT_LE(run("register", "--start", "first/pose.dcm", "xrays/views.json", "second").exit_code, 1);
+}
+
+/// A file's bytes with another frame of reference.
+std::string with_other_frame(const std::filesystem::path& file) {
+    const std::string uid = dicom_frame_of_reference(file);
+    std::string bytes = read_text(file), other = uid;
+    other.back() = other.back() == '1' ? '2' : '1';
+    for (std::size_t at = 0; (at = bytes.find(uid, at)) != std::string::npos; ++at)
+        bytes.replace(at, uid.size(), other);
+    return bytes;
+}
+
+TEST(DicomTrack, RefusesAStartOfAnotherCt) {
+    const auto ct = test_data() / "pelvis" / "dicom";
+    RAYLIGN_NEED_DATA(ct);
+    const TestFolder folder;
+    write_text_file(folder.path("views.json"), kViews);
+    for (const char* image : {"ap.1.tif", "lat.1.tif"}) write_image(folder.path(image), Image(64, 32, 1.F));
+    write_text_file(folder.path("other.dcm"), with_other_frame(ct / names_in(ct).front()));
+    write_pose(folder.path("pose.dcm"), RigidTransform::translate({0, 188, 785}), folder.path("other.dcm"));
+    const ProgramResult result =
+        run_raylign({"track", "-v", ct.string(), "--views", folder.path("views.json"), "--frames",
+                     "AP=" + folder.path("ap.*.tif"), "--frames", "LAT=" + folder.path("lat.*.tif"), "--start",
+                     folder.path("pose.dcm"), "-o", folder.path("track")});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, testing::HasSubstr("one must be the CT's"));
 }
 
 }  // namespace
