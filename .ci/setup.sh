@@ -7,7 +7,10 @@ program_packages=(g++ cmake ninja-build libeigen3-dev libnlopt-dev libtbb-dev li
 # And the tests: GoogleTest, Google Benchmark; report pages are bundled with their charts and opened in a real browser.
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev python3 pkg-config)
 command -v npm >/dev/null || test_packages+=(npm)
-command -v chromium >/dev/null || test_packages+=(chromium)
+# The browser that the tests open report pages with; fails where there is none.
+browser() { command -v chromium || command -v chromium-browser || command -v google-chrome; }
+has_no_chromium_package() { grep -qx 'ID=ubuntu' /etc/os-release 2>/dev/null; }  # a snap, which apt cannot install
+browser >/dev/null || has_no_chromium_package || test_packages+=(chromium)
 
 installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q '^install ok installed'; }
 
