@@ -15,17 +15,6 @@
 #include "core/io/decode/server.h"
 #include "core/io/files/text.h"
 
-#if defined(__SANITIZE_ADDRESS__)
-#define RAYLIGN_SHADOW_MEMORY true
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(memory_sanitizer) || __has_feature(thread_sanitizer)
-#define RAYLIGN_SHADOW_MEMORY true
-#endif
-#endif
-#ifndef RAYLIGN_SHADOW_MEMORY
-#define RAYLIGN_SHADOW_MEMORY false
-#endif
-
 namespace raylign::detail {
 namespace {
 
@@ -49,8 +38,7 @@ void fence_in(const DecodeLimits& limits, pid_t server) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != server) ::_exit(1);
     limit(RLIMIT_CORE, 0);
-    // A sanitizer's shadow counts as memory and is larger than any machine.
-    if (!RAYLIGN_SHADOW_MEMORY && limits.memory_bytes > 0) limit(RLIMIT_DATA, data_bytes() + limits.memory_bytes);
+    if (!kHasShadowMemory && limits.memory_bytes > 0) limit(RLIMIT_DATA, data_bytes() + limits.memory_bytes);
 }
 
 void fail(int socket, const std::string& what, ErrorKind kind) {

@@ -3,7 +3,21 @@
 #include <cstddef>
 #include <filesystem>
 
+#if defined(__SANITIZE_ADDRESS__)
+#define RAYLIGN_SHADOW_MEMORY true
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(memory_sanitizer) || __has_feature(thread_sanitizer)
+#define RAYLIGN_SHADOW_MEMORY true
+#endif
+#endif
+#ifndef RAYLIGN_SHADOW_MEMORY
+#define RAYLIGN_SHADOW_MEMORY false
+#endif
+
 namespace raylign::detail {
+
+/// Built with a sanitizer, whose shadow counts as memory and is larger than any machine: there is no limit then.
+inline constexpr bool kHasShadowMemory = RAYLIGN_SHADOW_MEMORY;
 
 /// What reading one file may cost.
 struct DecodeLimits {

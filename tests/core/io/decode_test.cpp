@@ -23,12 +23,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kLimitsMemory = false;
-#else
-constexpr bool kLimitsMemory = true;
-#endif
-
 // Decoders as a damaged file makes them.
 void crash(const std::filesystem::path&, const std::string&, DecoderReply&) { ::raise(SIGSEGV); }
 void abort_it(const std::filesystem::path&, const std::string&, DecoderReply&) { std::abort(); }
@@ -130,7 +124,7 @@ TEST_F(Decode, AnEndlessLoopMeetsTheTimeLimit) {
 }
 
 TEST_F(Decode, AllMemoryIsTooMuch) {
-    if (!kLimitsMemory) GTEST_SKIP() << "a sanitizer's shadow is larger than any limit";
+    if (kHasShadowMemory) GTEST_SKIP() << "a sanitizer's shadow is larger than any limit";
     EXPECT_THAT(failure(&devour), AllOf(HasSubstr("some.file"), HasSubstr("not enough memory")));
 }
 
