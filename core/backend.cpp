@@ -231,6 +231,24 @@ void Session::linearize(std::span<const RigidTransform> world_from_ct, const Eig
         throw bad_value("number of results", std::to_string(results.size()),
                         std::to_string(world_from_ct.size()) + ", the number of poses");
     }
+    std::vector<Linearization> of_views(world_from_ct.size() * view_count());
+    linearize_views(world_from_ct, centre_ct_mm, of_views);
+    auto of_view = of_views.cbegin();
+    for (Linearization& result : results) {
+        result = {};
+        for (const double share : view_shares_) {
+            result += {share * of_view->cost, share * of_view->gradient, share * of_view->curvature};
+            ++of_view;
+        }
+    }
+}
+
+void Session::linearize_views(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
+                              std::span<Linearization> results) {
+    if (results.size() != world_from_ct.size() * view_count()) {
+        throw bad_value("number of results", std::to_string(results.size()),
+                        std::to_string(world_from_ct.size() * view_count()) + ", one for each pose and view");
+    }
     if (fixed_.empty()) throw Error("linearize: every view needs an image");
     if (!centre_ct_mm.allFinite()) throw bad_value("rotation centre", vector_text(centre_ct_mm) + " mm", "finite");
     const std::vector<RayFrame> frames = frames_for(world_from_ct);
@@ -246,12 +264,8 @@ void Session::linearize(std::span<const RigidTransform> world_from_ct, const Eig
     counters_.linearizations += world_from_ct.size();
     std::span<const JacobianSums> rest = sums;
     for (Linearization& result : results) {
-        result = {};
-        for (std::size_t view = 0; view < view_count(); ++view, rest = rest.subspan(channel_count_)) {
-            const Linearization of_view = linearize_view(rest.first(channel_count_));
-            const double share = view_shares_[view];
-            result += {share * of_view.cost, share * of_view.gradient, share * of_view.curvature};
-        }
+        result = linearize_view(rest.first(channel_count_));
+        rest = rest.subspan(channel_count_);
     }
 }
 

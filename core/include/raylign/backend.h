@@ -81,6 +81,13 @@ public:
     void linearize(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
                    std::span<Linearization> results);
 
+    /// The same for each view alone, [pose][view], views innermost: what linearize gives is their sum, weighted by
+    /// view_share. Costs the same. Throws as linearize does.
+    void linearize_views(std::span<const RigidTransform> world_from_ct, const Eigen::Vector3d& centre_ct_mm,
+                         std::span<Linearization> results);
+    /// Share of a view in the cost, from View::cost_weight; all shares sum to one.
+    [[nodiscard]] double view_share(std::size_t view) const { return view_shares_.at(view); }
+
     /// The sums behind the costs, [pose][view][channel], channels innermost: for comparing backends.
     [[nodiscard]] std::vector<detail::MomentSums> moment_sums(std::span<const RigidTransform> world_from_ct);
 
