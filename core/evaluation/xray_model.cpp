@@ -110,8 +110,8 @@ XrayModel biplane_laboratory() {
     m.blur_mm = blur_from_mtf10_mm(0.8);
     m.vignetting = 0.3;
     m.electronic_noise = 0.003;
-    m.full_scale = 0.8;
-    m.floor_share = 0.04;
+    m.full_scale = 0.4;
+    m.floor_share = 0.02;
     m.bits = 8;
     return m;
 }
