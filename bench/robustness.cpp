@@ -2,132 +2,46 @@
 // explains less and less. X-rays are simulated by the other projector (trilinear, 0.4 voxel steps) from a volume that
 // differs from the CT as the scene says. Usage:
 //   raylign_robustness CT [scenes=noise] [intervals_mm=0:20,20:40,40:60] [trials=50] [views=2] [variants=auto]
-//                      [pixels=256] [--json FILE]
-// Several scenes, intervals or variants stand between commas. RAYLIGN_LIST=1 prints every trial.
-// Scenes:
-//   clean, noise, scatter, metal
+//                      [pixels=256] [xray=MODEL] [angle=DEG] [field=MM] [other=CT] [--json FILE]
+// Several scenes, intervals or variants stand between commas. RAYLIGN_LIST=1 prints every trial. Options with a name
+// stand anywhere: `xray` makes every scene by an X-ray model (c-arm, biplane-lab, flat-panel; default ideal), `angle`
+// is that between the two views (default 90), `field` what they show at the isocentre (default 400).
+// Scenes, of any CT but the vertebrae:
+//   clean, noise, scatter, metal (clean has no noise and scatter adds some with the ideal detector only)
+//   truncated                  the CT ends where the X-ray goes on: the middle 60 % along z are registered
+//   wrong-view-N               the second camera is believed N degrees off, wrong-view-Nmm: N mm
+//   other                      X-rays of other=CT: no pose is right, and all results should be doubted
 //   vertebra-1 to vertebra-5   lower to upper thoracic; the boxes are for the chest CT of the tests
 //   spine                      the third vertebra of the spine phantom, cut exactly, in the X-ray of all of it
 // Variants:
 //   auto, no-robust, one-level, no-search, steepest-descent, bobyqa
 //   part                       as part, without a search
 //   global                     without a start: turned by up to 40 degrees and anywhere in view
-// The columns of the verdict count the failures that it doubted, and the successes that it doubted.
+// The columns of the verdict count the failures that it doubted, and the successes that it doubted. The last ones hold
+// the true error against the expected one (1 sigma): the share of results that are not doubted within twice of it.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
+#include <stdexcept>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "bench/record.h"
+#include "bench/robustness_scene.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "core/evaluation/mismatch.h"
-#include "core/image/region.h"
+#include "core/base/text.h"
 #include "raylign/backends.h"
 #include "raylign/io/volume.h"
 #include "raylign/registration.h"
-#include "raylign/simulate.h"
 #include "raylign/targets.h"
-#include "tests/support/scenes.h"
+#include "raylign/xray.h"
 
 namespace raylign::detail::bench {
 namespace {
-
-/// Photons that an empty pixel counts. Through 300 mm of chest 1 in 1000 comes out.
-constexpr double kPhotons = 20000, kPhotonsPart = 1e6, kField_mm = 400;
-constexpr float kBone_per_mm = 0.0237F;  // 150 HU
-
-struct Scene {
-    std::string name;
-    Volume moving;  ///< what is registered
-    std::vector<View> views;
-    std::vector<Eigen::Vector3d> targets;
-    RigidTransform truth;
-    double success_mm = 0;
-};
-
-/// Two rods with screws behind the thoracic spine, other contrast, and water where the CT shows lung.
-void put_metal(Volume& actual) {
-    const Eigen::Vector3d n = actual.grid.size.cast<double>();
-    const auto at = [&](double x, double y, double z) {
-        return actual.grid.ct_from_voxel({x * n.x(), y * n.y(), z * n.z()});
-    };
-    change_contrast(actual, {.soft_gain = 0.92, .bone_gain = 1.3});
-    for (const double x : {0.44, 0.51}) {
-        add_rod(actual, {at(x, 0.79, 0.15), at(x, 0.77, 0.6)});
-        for (double z = 0.2; z < 0.6; z += 0.12)
-            add_rod(actual, {at(x, 0.79, z), at(0.475 + (x - 0.475) * 0.5, 0.7, z), 3});
-    }
-    add_rod(actual, {at(0.3, 0.6, 0.3), at(0.3, 0.65, 0.3), 35, 0.0205});
-}
-
-/// As `--object voxels:... --bone-threshold 150` reads it.
-Volume vertebra(const Volume& ct, const VoxelBox& box) {
-    Volume bone = crop(ct, box);
-    contrast_above(bone, kBone_per_mm);
-    fade_sides(bone, 4);
-    return bone;
-}
-
-/// Exact X-rays of the spine phantom; one of its vertebrae is registered.
-Scene make_spine(int view_count, int pixels) {
-    const Eigen::Vector3d extent_mm = Eigen::Vector3d::Constant(200);
-    Scene scene{.name = "spine",
-                .moving = voxelise(spine_vertebra(extent_mm, 2), centred_grid({200, 200, 200}, {1, 1, 1}), 3),
-                .views = test::biplane_views(pixels, 300),
-                .truth = test::oblique_pose(),
-                .success_mm = 2};
-    scene.targets = default_targets_ct_mm(scene.moving);
-    scene.views.resize(view_count);
-    const Phantom spine = spine_phantom(extent_mm);
-    for (std::size_t v = 0; v < scene.views.size(); ++v) {
-        const Image image = exact_drr(spine, scene.views[v].geometry, scene.truth);
-        scene.views[v].image = with_photon_noise(with_scatter(image, 0.3, pixels / 10.0), kPhotonsPart, 100 + v);
-    }
-    return scene;
-}
-
-Scene make_scene(const std::string& name, const Volume& ct, int view_count, int pixels) {
-    if (name == "spine") return make_spine(view_count, pixels);
-    Scene scene{.name = name, .moving = ct};
-    Volume actual = ct;
-    if (name == "metal") put_metal(actual);
-    static constexpr std::array<std::pair<std::string_view, std::array<int, 2>>, 5> kVertebrae{
-        {{"vertebra-1", {28, 43}},
-         {"vertebra-2", {39, 53}},
-         {"vertebra-3", {49, 63}},
-         {"vertebra-4", {60, 73}},
-         {"vertebra-5", {70, 83}}}};
-    for (const auto& [vertebra_name, z] : kVertebrae) {
-        if (name == vertebra_name) scene.moving = vertebra(ct, {{100, 165, z[0]}, {140, 218, z[1]}});
-    }
-    const bool part = scene.moving.grid.size != ct.grid.size;
-    if (!part && name != "clean" && name != "noise" && name != "scatter" && name != "metal") {
-        throw bad_value("scene", name, "clean, noise, scatter, metal, vertebra-1 to vertebra-5 or spine");
-    }
-    scene.targets = default_targets_ct_mm(scene.moving);
-    const Eigen::Vector3d centre = part ? targets_centre_mm(scene.targets) : Eigen::Vector3d(ct.grid.centre_ct_mm());
-    scene.truth = test::oblique_pose() * RigidTransform::translate(-centre);
-    scene.success_mm = part ? 2 : ct.grid.spacing_mm.minCoeff() / 2;
-    scene.views = test::biplane_views(pixels, part ? 300 : kField_mm);
-    scene.views.resize(view_count);
-    const RenderSettings fine{Projector::trilinear, 0.4 * ct.grid.spacing_mm.minCoeff()};
-    const auto session = create_backend("cpu").backend->prepare({actual, scene.views, fine, {}});
-    for (std::size_t v = 0; v < scene.views.size(); ++v) {
-        Image image = session->render(scene.truth, v);
-        if (name == "scatter" || name == "metal" || part) image = with_scatter(image, 0.3, pixels / 10.0);
-        if (name != "clean") image = with_photon_noise(image, part ? kPhotonsPart : kPhotons, 100 + v);
-        scene.views[v].image = std::move(image);
-    }
-    return scene;
-}
 
 struct Trial {
     double initial_mm = 0, final_mm = 0;
@@ -199,15 +113,17 @@ void list_trial(int number, const Trial& trial) {
 
 void print_interval(const Scene& scene, const std::string& variant, double low_mm, double high_mm, int trials,
                     Backend& backend, Record& record) {
-    int successes = 0, caught = 0, doubted = 0, within = 0;
-    std::vector<double> final_mm, seconds, linearizations;
+    int successes = 0, caught = 0, doubted = 0, believed = 0, within = 0;
+    std::vector<double> final_mm, of_expected, seconds, linearizations;
     for (int number = 0; number < trials; ++number) {
         const std::uint64_t seed = 1000 * static_cast<std::uint64_t>(high_mm) + number;
         const Trial trial = run_trial(scene, variant, Random(seed).uniform(low_mm, high_mm), seed, backend);
         successes += trial.success;
         caught += !trial.success && !trial.found.ok;
         doubted += trial.success && !trial.found.ok;
-        within += trial.success && trial.final_mm < 2 * trial.found.confidence.rim_mm;
+        believed += trial.found.ok;
+        within += trial.found.ok && trial.final_mm < 2 * trial.found.confidence.rim_mm;
+        of_expected.push_back(trial.final_mm / trial.found.confidence.rim_mm);
         final_mm.push_back(trial.final_mm);
         seconds.push_back(trial.found.total_s);
         linearizations.push_back(static_cast<double>(trial.found.counters.linearizations));
@@ -215,13 +131,15 @@ void print_interval(const Scene& scene, const std::string& variant, double low_m
     }
     std::printf(
         "%-11s %-16s %3.0f-%-3.0f %4d/%-4d p50 %6.3f p95 %6.3f max %6.2f mm  %5.2f s (p95 %5.2f) %4.0f lin  "
-        "caught %d/%d doubted %d/%d within 2 sigma %d/%d\n",
+        "caught %d/%d doubted %d/%d true/expected p50 %.2f p95 %.2f within 2 sigma %d/%d believed\n",
         scene.name.c_str(), variant.c_str(), low_mm, high_mm, successes, trials, percentile(final_mm, 0.5),
         percentile(final_mm, 0.95), percentile(final_mm, 1), percentile(seconds, 0.5), percentile(seconds, 0.95),
-        percentile(linearizations, 0.5), caught, trials - successes, doubted, successes, within, successes);
+        percentile(linearizations, 0.5), caught, trials - successes, doubted, successes, percentile(of_expected, 0.5),
+        percentile(of_expected, 0.95), within, believed);
     std::fflush(stdout);
     record.add({scene.name, variant, scene.views.size(), low_mm, high_mm, successes, trials, percentile(final_mm, 0.5),
-                percentile(final_mm, 1), percentile(seconds, 0.5), percentile(linearizations, 0.5), caught, doubted});
+                percentile(final_mm, 1), percentile(seconds, 0.5), percentile(linearizations, 0.5), caught, doubted,
+                percentile(of_expected, 0.5), within, believed});
 }
 
 std::vector<std::string> split(const std::string& text) {
@@ -231,16 +149,59 @@ std::vector<std::string> split(const std::string& text) {
     return parts;
 }
 
-int run(int argc, char** argv, Record& record) {
-    const auto word = [&](int i, const char* fallback) { return std::string(argc > i ? argv[i] : fallback); };
-    const Volume ct = read_volume(argv[1]).volume;
-    const int trials = std::atoi(word(4, "50").c_str()), views = std::atoi(word(5, "2").c_str());
+double number_of(const std::string& name, const std::string& text, double low, double high) {
+    std::size_t used = 0;
+    double value = std::nan("");
+    try {
+        value = std::stod(text, &used);
+    } catch (const std::logic_error&) {  // no number at all
+    }
+    if (used != text.size() || !(value >= low && value <= high)) {
+        throw bad_value(name, text, text_of("in [", low, ", ", high, "]"));
+    }
+    return value;
+}
+
+/// Takes NAME=VALUE out of the words.
+SceneSettings settings_of(std::vector<std::string>& words) {
+    SceneSettings settings;
+    std::vector<std::string> rest;
+    for (const std::string& word : words) {
+        const auto option = name_and_value(word);
+        if (!option) {
+            rest.push_back(word);
+        } else if (option->first == "xray") {
+            settings.xray = xray_model(option->second).name;
+        } else if (option->first == "angle") {
+            settings.angle_deg = number_of("angle", option->second, 1, 179);
+        } else if (option->first == "field") {
+            settings.field_mm = number_of("field", option->second, 10, 2000);
+        } else if (option->first == "other") {
+            settings.other = read_volume(option->second).volume;
+        } else {
+            throw bad_value("option", option->first, "xray, angle, field or other");
+        }
+    }
+    words = rest;
+    return settings;
+}
+
+int run(std::vector<std::string> words, Record& record) {
+    SceneSettings settings = settings_of(words);
+    if (words.empty()) throw Error("no CT is given");
+    const auto word = [&](std::size_t i, const char* fallback) { return words.size() > i ? words[i] : fallback; };
+    const Volume ct = read_volume(words[0]).volume;
+    const int trials = static_cast<int>(number_of("trials", word(3, "50"), 1, 1e6));
+    settings.views = static_cast<int>(number_of("views", word(4, "2"), 1, 2));
+    settings.pixels = static_cast<int>(number_of("pixels", word(6, "256"), 32, 4096));
     const auto backend = create_backend("cpu").backend;
-    std::printf("%d view(s); X-rays simulated from the CT (trilinear projector, 0.4 voxel steps)\n", views);
-    for (const std::string& name : split(word(2, "noise"))) {
-        const Scene scene = make_scene(name, ct, views, std::atoi(word(7, "256").c_str()));
-        for (const std::string& variant : split(word(6, "auto"))) {
-            for (const std::string& interval : split(word(3, "0:20,20:40,40:60"))) {
+    std::printf("%d view(s)%s; X-rays simulated from the CT (trilinear projector, 0.4 voxel steps), model %s\n",
+                settings.views, settings.views < 2 ? "" : text_of(", ", settings.angle_deg, " degrees apart").c_str(),
+                settings.xray.c_str());
+    for (const std::string& name : split(word(1, "noise"))) {
+        const Scene scene = make_scene(name, ct, settings);
+        for (const std::string& variant : split(word(5, "auto"))) {
+            for (const std::string& interval : split(word(2, "0:20,20:40,40:60"))) {
                 double low_mm = 0, high_mm = 0;
                 if (std::sscanf(interval.c_str(), "%lf:%lf", &low_mm, &high_mm) != 2)
                     throw Error("interval " + interval);
@@ -248,7 +209,7 @@ int run(int argc, char** argv, Record& record) {
             }
         }
     }
-    record.note("X-rays simulated from the CT");
+    record.note("X-rays simulated from the CT, model " + settings.xray);
     record.write();
     return 0;
 }
@@ -259,15 +220,17 @@ int run(int argc, char** argv, Record& record) {
 int main(int argc, char** argv) {
     if (argc < 2) {
         std::fprintf(stderr,
-                     "usage: raylign_robustness CT [scenes] [intervals_mm] [trials] [views] [variants] [pixels]\n");
+                     "usage: raylign_robustness CT [scenes] [intervals_mm] [trials] [views] [variants] [pixels] "
+                     "[xray=MODEL] [angle=DEG] [field=MM] [other=CT]\n");
         return 2;
     }
     try {
         raylign::detail::bench::Record record(
             argc, argv, "Far starts, mismatch, verdict",
             {"scene", "variant", "views", "from [mm]", "to [mm]", "success", "of", "error, p50 [mm]", "error, max [mm]",
-             "time, median [s]", "linearizations", "failures doubted", "successes doubted"});
-        return raylign::detail::bench::run(argc, argv, record);
+             "time, median [s]", "linearizations", "failures doubted", "successes doubted",
+             "true error over expected, p50", "within twice the expected", "not doubted"});
+        return raylign::detail::bench::run({argv + 1, argv + argc}, record);
     } catch (const raylign::Error& error) {
         std::fprintf(stderr, "raylign_robustness: %s\n", error.what());
         return 2;
