@@ -9,13 +9,13 @@ namespace {
 
 constexpr double kStep_voxels = 0.4;  // finer than the registration's, and no divisor of it
 
+}  // namespace
+
 std::unique_ptr<Backend> simulation_backend() {
     const std::vector<std::string> names = backend_names();
     const bool has_cpu = std::ranges::find(names, "cpu") != names.end();
     return create_backend(has_cpu ? "cpu" : "reference").backend;
 }
-
-}  // namespace
 
 SimulatedViews simulate_missing_images(const Volume& volume, std::vector<View>& views,
                                        const RigidTransform& true_world_from_ct, Projector registers_by) {

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/backend.h"
 
 namespace raylign::detail::apps {
+
+/// The cpu backend where this build has it: the same images whatever is studied.
+[[nodiscard]] std::unique_ptr<Backend> simulation_backend();
 
 struct SimulatedViews {
     std::vector<char> is_simulated;  ///< per view

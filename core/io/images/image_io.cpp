@@ -10,6 +10,7 @@
 #include "core/io/dicom/modality.h"
 #include "core/io/dicom/pixel_layout.h"
 #include "core/io/files/text.h"
+#include "core/io/images/counts.h"
 #include "core/io/images/png.h"
 #include "core/io/images/raster.h"
 #include "raylign/io/image.h"
@@ -171,6 +172,24 @@ void write_image(const std::filesystem::path& path, const Image& image) {
     Raster raster = plane_of(image.width, image.height, 1, detail::PixelType::f32);
     raster.format = detail::format_of(path).value();
     set_bytes(raster, image.pixels);
+    detail::write_raster(path, raster);
+}
+
+void detail::write_counts(const std::filesystem::path& path, const Image& counts, double largest) {
+    for (std::size_t i = 0; i < counts.pixels.size(); ++i) {
+        const float value = counts.pixels[i];
+        if (value >= 0 && value <= std::min(largest, 65535.0) && value == std::floor(value)) continue;
+        throw bad_value("count " + std::to_string(i), std::to_string(value),
+                        "a whole number in [0, " + std::to_string(static_cast<int>(largest)) + "]", path.string());
+    }
+    const bool is_short = largest > 255;
+    Raster raster = plane_of(counts.width, counts.height, 1, is_short ? detail::PixelType::u16 : detail::PixelType::u8);
+    raster.format = detail::FileFormat::tiff;
+    if (is_short) {
+        set_bytes(raster, std::vector<std::uint16_t>(counts.pixels.begin(), counts.pixels.end()));
+    } else {
+        set_bytes(raster, std::vector<std::uint8_t>(counts.pixels.begin(), counts.pixels.end()));
+    }
     detail::write_raster(path, raster);
 }
 

@@ -7,6 +7,29 @@
 namespace raylign {
 using namespace detail;
 using nlohmann::json;
+namespace {
+
+json view_json(const View& view) {
+    const Camera& camera = view.geometry.camera;
+    json result = {{"name", view.name},
+                   {"size_px", {camera.size_px.x(), camera.size_px.y()}},
+                   {"intrinsics", rows_of(camera.intrinsics_px)},
+                   {"camera_from_world", rows_of(to_matrix(view.geometry.camera_from_world))}};
+    if (camera.sdd_mm) result["sdd_mm"] = *camera.sdd_mm;
+    return result;
+}
+
+json intensity_json(const IntensitySettings& intensity) {
+    json result = {{"kind", "auto"}};
+    if (intensity.kind == IntensityKind::line_integral) result["kind"] = "line-integral";
+    if (intensity.kind == IntensityKind::transmission) result["kind"] = "transmission";
+    if (intensity.polarity == Polarity::bone_dark) result["polarity"] = "bone-dark";
+    if (intensity.polarity == Polarity::bone_bright) result["polarity"] = "bone-bright";
+    if (intensity.i0) result["i0"] = *intensity.i0;
+    return result;
+}
+
+}  // namespace
 
 void write_views(const std::filesystem::path& path, const std::vector<View>& views,
                  const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips,
@@ -16,12 +39,7 @@ void write_views(const std::filesystem::path& path, const std::vector<View>& vie
     assert(distortions.empty() || distortions.size() == views.size());
     json list = json::array();
     for (std::size_t i = 0; i < views.size(); ++i) {
-        const Camera& camera = views[i].geometry.camera;
-        json view = {{"name", views[i].name},
-                     {"size_px", {camera.size_px.x(), camera.size_px.y()}},
-                     {"intrinsics", rows_of(camera.intrinsics_px)},
-                     {"camera_from_world", rows_of(to_matrix(views[i].geometry.camera_from_world))}};
-        if (camera.sdd_mm) view["sdd_mm"] = *camera.sdd_mm;
+        json view = view_json(views[i]);
         if (!flips.empty() && flips[i] != ImageFlip::none) {
             view["flip"] = flips[i] == ImageFlip::columns ? "columns" : "rows";
         }
@@ -33,6 +51,20 @@ void write_views(const std::filesystem::path& path, const std::vector<View>& vie
             view["image"] = image_names[i];
             view["intensity"] = {{"kind", "line-integral"}};
         }
+        list.push_back(view);
+    }
+    write_text(path, detail::json_text({{"raylign", 1}, {"views", list}}));
+}
+
+void write_views(const std::filesystem::path& path, const std::vector<View>& views,
+                 const std::vector<std::string>& image_names, const IntensitySettings& intensity) {
+    assert(image_names.size() == views.size());
+    json list = json::array();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        json view = view_json(views[i]);
+        view["image"] = image_names[i];
+        view["intensity"] = intensity_json(intensity);
+        if (intensity.auto_mask) view["mask"] = "auto";
         list.push_back(view);
     }
     write_text(path, detail::json_text({{"raylign", 1}, {"views", list}}));

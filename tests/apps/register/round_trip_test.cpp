@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "raylign/io/image.h"
@@ -159,6 +161,100 @@ TEST_F(RoundTrip, WithoutAStartTheCentralRaysGiveOne) {
     EXPECT_THAT(result.out, HasSubstr("no --start"));
     const json report = json::parse(read_text(folder.path("result/report.json")));
     EXPECT_LT(report.at("tre").at("final_mtre_mm"), kVoxelSideMm / 2);
+}
+
+TEST_F(RoundTrip, ADetectorsCountsAreWrittenAndRegistered) {
+    const std::vector<std::string> common{"drr",
+                                          "-v",
+                                          folder.path("spine.mha"),
+                                          "--attenuation",
+                                          "--views",
+                                          folder.path("geometry.json"),
+                                          "--pose",
+                                          folder.path("truth.json"),
+                                          "--xray",
+                                          "flat-panel"};
+    for (const auto& [seed, output] : {std::pair{"5", "a"}, {"5", "b"}, {"6", "c"}}) {
+        std::vector<std::string> arguments = common;
+        arguments.insert(arguments.end(), {"--seed", seed, "--png", "-o", folder.path(output)});
+        const ProgramResult drr = run_raylign(arguments);
+        ASSERT_EQ(drr.exit_code, 0) << drr.err;
+    }
+    EXPECT_EQ(read_text(folder.path("a/drr_AP.tif")), read_text(folder.path("b/drr_AP.tif")));
+    EXPECT_NE(read_text(folder.path("a/drr_AP.tif")), read_text(folder.path("c/drr_AP.tif")));
+    const RawXray counts = read_xray(folder.path("a/drr_AP.tif"));
+    EXPECT_TRUE(counts.integer_pixels);
+    EXPECT_GT(*std::ranges::max_element(counts.image.pixels), 8000) << "14 bits, open beam at 1 / 1.25";
+    const json view = json::parse(read_text(folder.path("a/views.json"))).at("views").at(0);
+    EXPECT_EQ(view.at("intensity"), json::parse(R"({"kind": "transmission", "polarity": "bone-dark"})"));
+    EXPECT_EQ(view.at("mask"), "auto");
+
+    std::vector<std::string> arguments = scene.register_arguments({"--truth", folder.path("truth.json")});
+    *std::ranges::find(arguments, folder.path("xrays/views.json")) = folder.path("a/views.json");
+    ASSERT_LE(run_raylign(arguments).exit_code, 1);
+    const json report = json::parse(read_text(folder.path("result/report.json")));
+    EXPECT_LT(report.at("tre").at("final_mtre_mm"), kVoxelSideMm / 2);
+}
+
+TEST_F(RoundTrip, DrrTakesASpectrumOfItsOwn) {
+    std::vector<std::string> arguments{"drr",
+                                       "-v",
+                                       folder.path("spine.mha"),
+                                       "--attenuation",
+                                       "--views",
+                                       folder.path("geometry.json"),
+                                       "--pose",
+                                       folder.path("truth.json"),
+                                       "--noise",
+                                       "0",
+                                       "--xray",
+                                       "flat-panel",
+                                       "-o",
+                                       folder.path("own")};
+    ASSERT_EQ(run_raylign(arguments).exit_code, 0);
+    write_text_file(folder.path("soft.csv"), "keV,photons\n8,0\n30,2000\n40,6000\n");
+    arguments.back() = folder.path("soft");
+    arguments.insert(arguments.end(), {"--spectrum", folder.path("soft.csv")});
+    const ProgramResult soft = run_raylign(arguments);
+    ASSERT_EQ(soft.exit_code, 0) << soft.err;
+    const Image own = read_xray(folder.path("own/drr_AP.tif")).image;
+    const Image darker = read_xray(folder.path("soft/drr_AP.tif")).image;
+    EXPECT_LT(darker(32, 32), 0.9 * own(32, 32)) << "softer photons pass less";
+    EXPECT_NEAR(darker(60, 32), own(60, 32), 0.05 * own(60, 32)) << "beside the spine little changes";
+    for (const auto& [table, words] : {std::pair{"keV,photons\n30,-1\n", "photons = -1"},
+                                       {"30,1\n200,1\n", "energy = 200"},
+                                       {"keV,photons\n", "spectrum = no energies"},
+                                       {"30,1,1\n", "energy in keV, photons"}}) {
+        write_text_file(folder.path("soft.csv"), table);
+        const ProgramResult refused = run_raylign(arguments);
+        EXPECT_EQ(refused.exit_code, 2) << table;
+        EXPECT_THAT(refused.err, HasSubstr(words));
+        EXPECT_THAT(refused.err, HasSubstr("soft.csv"));
+    }
+}
+
+TEST_F(RoundTrip, DrrRefusesUnknownXrayModelsAndStepsOfItsOwn) {
+    std::vector<std::string> arguments{"drr",
+                                       "-v",
+                                       folder.path("spine.mha"),
+                                       "--attenuation",
+                                       "--views",
+                                       folder.path("geometry.json"),
+                                       "--pose",
+                                       folder.path("truth.json"),
+                                       "-o",
+                                       folder.path("x"),
+                                       "--xray",
+                                       "C-arm"};
+    ProgramResult result = run_raylign(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("X-ray model = C-arm: must be one of ideal, c-arm, biplane-lab, flat-panel"));
+    arguments.back() = "c-arm";
+    arguments.insert(arguments.end(), {"--projector", "trilinear", "--step", "1"});
+    result = run_raylign(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("--step has no meaning with --xray c-arm"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path("x")));
 }
 
 TEST_F(RoundTrip, DrrPreviewIsAPng) {

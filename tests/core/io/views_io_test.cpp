@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <limits>
 
+#include "core/io/images/counts.h"
 #include "io_files.h"
 #include "raylign/io/image.h"
 #include "raylign/io/views.h"
@@ -137,6 +139,28 @@ TEST_F(ViewsIo, WrittenViewsReadBackTheSame) {
     EXPECT_EQ(file.views[0].geometry.camera.sdd_mm, 1198.1);
     EXPECT_FALSE(file.views[1].geometry.camera.sdd_mm.has_value());
     EXPECT_EQ(file.views[1].image(0, 0), 3);
+}
+
+TEST_F(ViewsIo, CountsAreWrittenWithHowToReadThem) {
+    Image counts(8, 6, 1000);
+    counts(2, 1) = 500;
+    write_counts(at("counts.tif"), counts, 1023);
+    IntensitySettings intensity;
+    intensity.kind = IntensityKind::transmission;
+    intensity.polarity = Polarity::bone_dark;
+    intensity.i0 = 1000;
+    intensity.auto_mask = true;
+    View view{"A", read(kCameraView).views[0].geometry, {}, {}};
+    view.geometry.camera.size_px = {8, 6};
+    write_views(at("out.json"), {view}, {"counts.tif"}, intensity);
+    const ViewsFile file = read_views(at("out.json"), ReadImages::required);
+    EXPECT_NEAR(file.views[0].image(2, 1), std::log(2.0), 1e-6);
+    EXPECT_EQ(file.views[0].image(0, 0), 0);
+    EXPECT_TRUE(file.origins[0].intensity.auto_mask);
+    EXPECT_EQ(file.origins[0].intensity.polarity, Polarity::bone_dark);
+    counts(2, 1) = 0.5F;
+    EXPECT_THAT(test::error_of([&] { write_counts(at("counts.tif"), counts, 1023); }),
+                HasSubstr("count 10 = 0.500000"));
 }
 
 TEST_F(ViewsIo, ViewsWithoutImagesAreWrittenToo) {

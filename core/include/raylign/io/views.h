@@ -73,4 +73,8 @@ void write_views(const std::filesystem::path& path, const std::vector<View>& vie
                  const std::vector<std::string>& image_names, const std::vector<ImageFlip>& flips = {},
                  const std::vector<std::optional<Distortion>>& distortions = {});
 
+/// The same with images that are to be read as `intensity` says (a detector's counts).
+void write_views(const std::filesystem::path& path, const std::vector<View>& views,
+                 const std::vector<std::string>& image_names, const IntensitySettings& intensity);
+
 }  // namespace raylign
