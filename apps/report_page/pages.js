@@ -48,7 +48,9 @@ function studyPage({ report, trials, images }) {
   const reasons = [];
   if (missed) reasons.push(`${missed} failure${missed === 1 ? "" : "s"} passed the program's own verdict`);
   if (alarms) reasons.push(`${alarms} success${alarms === 1 ? " was" : "es were"} called doubtful`);
-  if (report.simulated_views.length) reasons.push(`X-rays of ${report.simulated_views.join(", ")} are simulated from the CT itself (${report.simulation}${settings.noise_photons ? `, ${number(settings.noise_photons)} photons` : ", no noise"}): real ones are harder`);
+  const photons = settings.noise_photons ? `, ${number(settings.noise_photons)} photons` : ", no noise";
+  const noise = settings.noise_photons === null ? `, ${number(report.xray_model.photons_per_mm2)} photons/mm²` : photons;
+  if (report.simulated_views.length) reasons.push(`X-rays of ${report.simulated_views.join(", ")} are simulated from the CT itself (${report.simulation}${noise}): ${settings.xray === "ideal" ? "that flatters, real ones are harder" : "real ones differ from the model, too"}`);
   verdict(missed === 0, `${good} of ${done} registrations succeeded`, reasons,
     cases.map((c) => [c.label, `${percent(c.overall.success_rate)}, captures ${number(c.capture_range_mm)} mm`]));
   const points = cases.flatMap((c, i) => c.intervals.filter((b) => b.trials).map((b) => ({ ...b, i,

@@ -102,9 +102,9 @@ int run_one_trial(const Study& study, long long trial) {
 void check_outputs(const StudyOptions& options) {
     if (options.trial) return;
     if (options.output.folder.empty()) throw Error("-o is required (unless --trial runs a single one)");
-    refuse_to_overwrite({options.volume.file, options.views, options.truth.truth, options.truth.targets},
-                        options.output.folder,
-                        {kJournal, "study.csv", "study.json", "study_starts.json", "study.html"});
+    refuse_to_overwrite(
+        {options.volume.file, options.views, options.truth.truth, options.truth.targets, options.detector.spectrum},
+        options.output.folder, {kJournal, "study.csv", "study.json", "study_starts.json", "study.html"});
 }
 
 int run_study_with_ranks(const StudyOptions& options, const Invocation& invocation, Ranks& ranks) {
@@ -136,9 +136,7 @@ void add_protocol_flags(CLI::App& command, StudyOptions& options) {
                                 "Register with these views, names with commas; repeat it for more sets;\n"
                                 "default all views together"),
              "NAMES", kStartGroup);
-    describe(command.add_option("--noise", options.noise_photons,
-                                "Photons of an unattenuated pixel of simulated X-rays; default 0: no noise"),
-             "PHOTONS", kStartGroup);
+    add_detector_flags(command, options.detector, kStartGroup);
     add_seed_flag(command, options.method.seed, "Of starts and noise", kStartGroup);
     describe(command.add_option("--trial", options.trial,
                                 "Run the trial of this number alone and print its record; default: the study"),
@@ -185,13 +183,13 @@ void add_study_command(CLI::App& app, Job& job) {
     options->backend.name.clear();  // empty = not given: a preset may say
     options->method.name.clear();
     options->method.metric.clear();
-    options->noise_photons = -1;
     CLI::App& command = *app.add_subcommand("study", "Measure robustness: many random starts, success rates, errors");
     add_study_inputs(command, *options);
     add_protocol_flags(command, *options);
     add_study_method(command, *options);
     finish_command(command,
                    "  raylign study -v ct.nii.gz --views views.json --truth pose.json --noise 20000 -o study\n"
+                   "  raylign study -v ct.nii.gz --views views.json --truth pose.json --xray c-arm -o study\n"
                    "  raylign study -v ct.nii.gz --views views.json --truth pose.json --preset paper-table3 -o table3\n"
                    "  raylign study ... --bins 0:4:40 --per-bin 50 --view AP --view AP,LAT --backend cpu,gl -o study\n"
                    "  mpirun -n 8 raylign study ... -o study        the same study, its trials on 8 processes\n"

@@ -113,21 +113,24 @@ StudyOptions settled(StudyOptions options) {
             options.backends_of_preset = true;
         }
         if (options.method.name.empty()) options.method.name = preset.method;
-        if (options.noise_photons < 0) options.noise_photons = preset.noise_photons;
+        // What the preset says is the ideal detector's.
+        if (!options.detector.noise_photons && options.detector.is_ideal()) {
+            options.detector.noise_photons = preset.noise_photons;
+        }
     }
     if (options.bins.empty()) options.bins = "0:2:20";
     if (options.per_bin == StudyOptions::kOfPreset) options.per_bin = 10;
     if (options.backend.name.empty()) options.backend.name = "auto";
     if (options.method.name.empty()) options.method.name = "auto";
     if (options.method.metric.empty()) options.method.metric = "gc";
-    if (options.noise_photons < 0) options.noise_photons = 0;
+    if (!options.detector.noise_photons && options.detector.is_ideal()) options.detector.noise_photons = 0;
 
     settle_conflicts(options.volume);
     settle_conflicts(options.backend);
     if (options.per_bin < 1 || options.per_bin > kMostPerBin) {
         throw bad_value("--per-bin", std::to_string(options.per_bin), "in [1, 100000]");
     }
-    check_photons(options.noise_photons);
+    settle_conflicts(options.detector, options.backend);
     (void)study_intervals(parse_bins(options.bins));
     return options;
 }

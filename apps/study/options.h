@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/shared/detector.h"
 #include "apps/shared/options.h"
 #include "raylign/study.h"
 
@@ -23,7 +24,7 @@ struct StudyOptions {
     static constexpr int kOfPreset = std::numeric_limits<int>::min();
     int per_bin = kOfPreset;             ///< the preset's, or 10
     std::vector<std::string> view_sets;  ///< each names with commas; none = the preset's, or all views together
-    double noise_photons = 0;            ///< of simulated X-rays; 0 = no noise
+    DetectorFlags detector;              ///< of simulated X-rays
     std::optional<long long> trial;      ///< run this one alone; none = the study
     bool backends_of_preset = false;     ///< set by settled(): backends that cannot run here are left out
 };

@@ -122,7 +122,8 @@ Json settings(const Study& study) {
     return {{"preset", options.preset},
             {"bins", options.bins},
             {"per_bin", options.per_bin},
-            {"noise_photons", options.noise_photons},
+            {"xray", options.detector.xray},
+            {"noise_photons", or_null(options.detector.noise_photons)},
             {"seed", options.method.seed},
             {"projector", options.backend.projector},
             {"step_mm", options.backend.step_mm},
@@ -174,6 +175,7 @@ std::string study_json(const Study& study, const StudyJournal& journal, const In
     Json report = {{"raylign", RAYLIGN_VERSION}, {"command", invocation.command_line}};
     report["settings"] = settings(study);
     report["simulation"] = study.simulation;
+    report["xray_model"] = xray_model_json(study.xray);
     report["simulated_views"] = Json::array();
     for (std::size_t v = 0; v < study.views.size(); ++v) {
         if (study.is_simulated[v] != 0) report["simulated_views"].push_back(study.views[v].name);

@@ -1,5 +1,7 @@
 #include "apps/study/setup.h"
 
+#include <algorithm>
+
 #include "apps/shared/append.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/simulated_views.h"
@@ -37,6 +39,42 @@ void make_cases(Study& study) {
     }
 }
 
+void simulate(Study& study) {
+    const Projector projector = projector_from_name(study.options.backend.projector);
+    if (study.options.detector.is_ideal()) {
+        const SimulatedViews simulated =
+            simulate_missing_images(study.volume, study.views, study.true_world_from_ct, projector);
+        study.is_simulated = simulated.is_simulated;
+        study.simulation = simulated.how;
+        return;
+    }
+    std::vector<View> missing;
+    for (const View& view : study.views) {
+        study.is_simulated.push_back(view.image.empty() ? 1 : 0);
+        if (view.image.empty()) missing.push_back(view);
+    }
+    if (missing.empty()) {
+        throw Error("--xray " + study.options.detector.xray + " has no meaning here: every view of " +
+                    study.options.views.string() + " has an image, and none is simulated");
+    }
+    study.exposures = exposures(study.xray, study.options.detector, study.volume, study.options.volume, missing,
+                                study.true_world_from_ct, projector);
+    study.simulation = "X-ray model " + study.options.detector.xray + ", projector " +
+                       (projector == Projector::joseph ? "trilinear, steps of 0.4 voxels" : "joseph") +
+                       ", full grid of the CT, 2x2 samples a pixel";
+}
+
+/// The view's X-ray with the noise of this seed.
+void expose_view(const Study& study, std::size_t v, std::uint64_t seed, View& view) {
+    const double photons = study.options.detector.noise_photons.value_or(0);
+    if (!study.options.detector.is_ideal()) {
+        const auto simulated_before = std::count(study.is_simulated.begin(), study.is_simulated.begin() + v, 1);
+        read_counts(view, detected(study.xray, study.exposures[simulated_before], seed));
+    } else if (photons > 0) {
+        view.image = with_photon_noise(view.image, photons, seed);
+    }
+}
+
 }  // namespace
 
 TrialPlace trial_place(const Study& study, std::size_t trial) {
@@ -49,6 +87,8 @@ Study set_up_study(const StudyOptions& settled_options) {
     study.options = settled_options;
     study.intervals = study_intervals(parse_bins(study.options.bins));
     (void)render_settings(study.options.backend);  // checks names first: that is cheap
+    study.xray = detector_model(study.options.detector);
+    if (!study.options.detector.spectrum.empty()) study.files.push_back(study.options.detector.spectrum);
     read_small_files(study);
     make_cases(study);
     stop_if_interrupted();
@@ -60,10 +100,7 @@ Study set_up_study(const StudyOptions& settled_options) {
     study.hashes = hash_inputs(study.files);
     stop_if_interrupted();
     if (study.targets_ct_mm.empty()) study.targets_ct_mm = default_targets_ct_mm(study.volume);
-    const SimulatedViews simulated = simulate_missing_images(study.volume, study.views, study.true_world_from_ct,
-                                                             projector_from_name(study.options.backend.projector));
-    study.is_simulated = simulated.is_simulated;
-    study.simulation = simulated.how;
+    simulate(study);
     return study;
 }
 
@@ -73,10 +110,8 @@ std::vector<View> trial_views(const Study& study, const StudyCase& study_case, s
         for (std::size_t v = 0; v < study.views.size(); ++v) {
             if (study.views[v].name != name) continue;
             views.push_back(study.views[v]);
-            if (study.is_simulated[v] == 0 || study.options.noise_photons == 0) continue;
             // The seed follows the view's place in the file: it has the same noise in every case.
-            views.back().image =
-                with_photon_noise(views.back().image, study.options.noise_photons, Random(seed + v + 1).bits());
+            if (study.is_simulated[v] != 0) expose_view(study, v, Random(seed + v + 1).bits(), views.back());
         }
     }
     return views;

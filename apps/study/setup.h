@@ -18,9 +18,11 @@ namespace raylign::detail::apps {
 struct Study {
     StudyOptions options;
     Volume volume;
-    std::vector<View> views;         ///< of the file; images: the file's, or simulated without noise
+    std::vector<View> views;         ///< of the file; images: the file's, or simulated without noise (ideal)
     std::vector<char> is_simulated;  ///< per view
     std::string simulation;          ///< how, in words; "" where no view is simulated
+    XrayModel xray;
+    std::vector<XrayExposure> exposures;  ///< of the simulated views, in order; empty for the ideal X-ray model
     RigidTransform true_world_from_ct;
     std::vector<Eigen::Vector3d> targets_ct_mm;
     std::optional<Eigen::Vector3d> rotation_centre_ct_mm;

@@ -141,6 +141,48 @@ TEST_F(Study, APresetSaysWhatItLeavesOutAndCanBeOverridden) {
     EXPECT_EQ(methods, std::set<std::string>{"steepest-descent"});
 }
 
+TEST_F(Study, AnXrayModelIsUsedAndSaidWithItsValues) {
+    std::vector<std::string> list = arguments("out", {"--bins", "0:4:4", "--per-bin", "2", "--xray", "flat-panel"});
+    const auto noise = std::ranges::find(list, std::string("--noise"));
+    list.erase(noise, noise + 2);
+    const ProgramResult result = run_raylign(list);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("X-rays: X-ray model flat-panel"));
+    const json report = json::parse(read_text(folder.path("out/study.json")));
+    EXPECT_EQ(report.at("settings").at("xray"), "flat-panel");
+    EXPECT_TRUE(report.at("settings").at("noise_photons").is_null()) << "the model's own";
+    EXPECT_EQ(report.at("xray_model").at("bits"), 14);
+    EXPECT_EQ(report.at("xray_model").at("spectrum").size(), 7U);
+    ASSERT_EQ(run_raylign(list).exit_code, 0) << "goes on where nothing is left to do";
+    list.back() = "ideal";
+    EXPECT_THAT(run_raylign(list).err, HasSubstr("belongs to another study"));
+}
+
+TEST_F(Study, AnXrayModelIsHarderThanTheIdeal) {
+    const std::vector<std::string> one{"--bins", "0:4:4", "--per-bin", "1"};
+    ASSERT_EQ(run("ideal", one).exit_code, 0);
+    std::vector<std::string> more = one;
+    more.insert(more.end(), {"--xray", "c-arm"});
+    ASSERT_EQ(run("c-arm", more).exit_code, 0);
+    const auto cost = [this](const std::string& output) {
+        for (const std::string& line : lines_of(read_text(folder.path(output + "/study.journal")))) {
+            const json entry = json::parse(line);
+            if (entry.contains("trial")) return entry.at("cost_final").get<double>();
+        }
+        return 0.0;
+    };
+    EXPECT_GT(cost("c-arm"), 1.5 * cost("ideal"));
+}
+
+TEST_F(Study, AnXrayModelWithNothingToSimulateIsRefused) {
+    ASSERT_EQ(scene.simulate().exit_code, 0);
+    std::vector<std::string> list = arguments("out", {"--xray", "c-arm"});
+    *std::ranges::find(list, folder.path("geometry.json")) = folder.path("xrays/views.json");
+    const ProgramResult result = run_raylign(list);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("--xray c-arm has no meaning here: every view of"));
+}
+
 TEST_F(Study, BadOptionsAreRefusedBeforeAnythingIsWritten) {
     const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
         {{"--bins", "0:2"}, "--bins = 0:2: must be LOW:STEP:HIGH"},
@@ -153,6 +195,7 @@ TEST_F(Study, BadOptionsAreRefusedBeforeAnythingIsWritten) {
         {{"--view", "AP,AP"}, "given once each"},
         {{"--method", "magic"}, "method = magic"},
         {{"--metric", "gc,,ncc"}, "names with commas"},
+        {{"--xray", "x-ray"}, "X-ray model = x-ray: must be one of ideal, c-arm, biplane-lab, flat-panel"},
         {{"--preset", "table9"}, "--preset = table9: must be paper-table3 or paper-table4"},
     };
     for (const auto& [more, words] : cases) {
