@@ -8,10 +8,12 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/registration/policy.h"
+#include "core/registration/strategy/refine_views.h"
 #include "core/registration/strategy/reversed_contrast.h"
 #include "core/registration/strategy/strategy.h"
 #include "core/registration/trust/mirrored.h"
 #include "core/registration/trust/verdict.h"
+#include "core/registration/trust/view_agreement.h"
 
 namespace raylign {
 using namespace detail;
@@ -56,6 +58,7 @@ std::string ended_early(Run& run) {
     RegistrationResult& result = run.result;
     try {
         find_pose(run);
+        look_closer(run, result);
         if (!result.levels.empty()) result.termination = result.levels.back().termination;
         return {};
     } catch (const RunStopped& stopped) {
@@ -70,6 +73,8 @@ std::string ended_early(Run& run) {
 void suspect_mirrored(Run& run) {
     RegistrationOptions options = run.options;
     options.suspect_mirrored = false;
+    options.compare_views = false;
+    options.refine_views.reset();
     const auto cost_of = [&](std::span<const View> views) {
         try {
             if (run.control.stop.stop_requested()) return std::numeric_limits<double>::quiet_NaN();
@@ -100,6 +105,22 @@ void name_suspicion(Run& run, bool may_look) {
     }
 }
 
+void check_prior(const RegistrationOptions& options, const Backend& backend) {
+    if (!options.refine_views) return;
+    const ViewPrior& prior = *options.refine_views;
+    if (!(prior.rotation_deg > 0 && prior.rotation_deg <= 30)) {
+        throw bad_value("view prior", number_text(prior.rotation_deg) + " degrees", "in (0, 30]");
+    }
+    if (!(prior.translation_mm > 0 && prior.translation_mm <= 200)) {
+        throw bad_value("view prior", number_text(prior.translation_mm) + " mm", "in (0, 200]");
+    }
+    const bool is_newton = options.method == Method::automatic || options.method == Method::gauss_newton;
+    if (!is_newton || !backend.info().has_derivatives) {
+        throw Error("refine_views: needs gauss-newton, and a backend with derivatives (cpu, gl or reference)");
+    }
+    if (options.time_limit_s) throw Error("refine_views: registers several times, leave the time limit out");
+}
+
 }  // namespace
 
 void detail::check_options(const RegistrationOptions& options, const Backend& backend) {
@@ -116,6 +137,7 @@ void detail::check_options(const RegistrationOptions& options, const Backend& ba
     positive("search range", options.search.range_deg, 180, "in (0, 180] degrees");
     in_range("search starts", options.search.starts, 1, 1000000, "in [1, 1000000]");
     positive("time limit", options.time_limit_s, 1e9, "positive");
+    check_prior(options, backend);
     const Search search = options.search.mode;
     if ((search == Search::near || search == Search::global) && !backend.info().has_derivatives) {
         throw Error("search: needs a backend with derivatives (cpu, gl or reference)");
@@ -135,6 +157,7 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
                                              const RegistrationOptions& options, const RunControl& control) {
     check(options, volume.backend(), start_world_from_ct);
     check_views(views);
+    if (options.refine_views) return register_refined(volume, views, start_world_from_ct, options, control);
     if (options.render.projector != volume.render().projector || options.render.step_mm != volume.render().step_mm) {
         throw Error("render settings: must be those that the volume was made resident with");
     }
@@ -148,6 +171,7 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     result.start_world_from_ct = start_world_from_ct;
     result.rotation_centre_ct_mm = run.extent.centre_ct_mm;
     result.metric = options.similarity.metric;
+    for (const View& view : views) result.views.push_back({{}, view.geometry.camera_from_world});
     warn_of_parallel_views(views, result.decisions);
     const std::string stopped = ended_early(run);
     result.total_s = run.elapsed_s();
@@ -156,6 +180,7 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
         result.overlap.push_back(seen_share(volume.sample(), view, result.world_from_ct));
         result.covered.push_back(covered_share(volume.sample(), view, result.world_from_ct));
     }
+    judge_views(result, run.extent.radius_mm);
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
     if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
     result.ok = result.reasons.empty() && !run.suspicion;

@@ -14,4 +14,10 @@ void check_options(const RegistrationOptions& options, const Backend& backend);
                                                    const RigidTransform& start_world_from_ct,
                                                    const RegistrationOptions& options, const RunControl& control = {});
 
+/// register_resident with options.refine_views: registers with the cameras as given, solves for pose and cameras from
+/// there, and registers once more with the corrected cameras.
+[[nodiscard]] RegistrationResult register_refined(ResidentVolume& volume, std::span<const View> views,
+                                                  const RigidTransform& start_world_from_ct,
+                                                  const RegistrationOptions& options, const RunControl& control);
+
 }  // namespace raylign::detail

@@ -133,6 +133,7 @@ double Tracker::State::cost_limit() const {
 
 RegistrationOptions Tracker::State::first_options() const {
     RegistrationOptions options = options_.registration;
+    options.compare_views = false;  // cameras are those of all frames: one registration tells, and frames are many
     if (!last_tracked_) return options;  // gaps before the first frame do not count
     if (content_) options.content = *content_;
     options.search.mode = Search::none;

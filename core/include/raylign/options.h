@@ -48,6 +48,16 @@ struct SearchOptions {
     std::uint64_t seed = 1;           ///< of a whole; a part is sought exhaustively
 };
 
+/// How far the cameras may be from where the views say they are (RegistrationOptions::refine_views): standard
+/// deviations of each camera's turn about the object's centre and of its shift, about and along each axis.
+struct ViewPrior {
+    double rotation_deg = 2;     ///< in (0, 30]
+    double translation_mm = 10;  ///< in (0, 200]
+    /// The view whose camera stays: images tell only where cameras are relative to each other, and it is what the pose
+    /// is relative to. None: all share the corrections out, and so does the pose.
+    std::optional<std::size_t> kept_view = 0;
+};
+
 /// Defaults are meant for most data. register_volume throws Error for values outside the ranges named.
 struct RegistrationOptions {
     Method method = Method::automatic;
@@ -62,6 +72,12 @@ struct RegistrationOptions {
     /// coarsest level, and before a part is sought) or mirrored (up to seven more registrations; not where there is a
     /// time limit), and say so among the reasons.
     bool suspect_mirrored = true;
+    /// Compare what each view would like with what the others say, and doubt views that contradict each other
+    /// (gauss-newton, two views or more): 16 linearizations at the end.
+    bool compare_views = true;
+    /// Find corrections of the cameras, too, within this prior, and the pose with the corrected cameras. Needs
+    /// gauss-newton and at least two views; not with a time limit. Default: cameras are believed.
+    std::optional<ViewPrior> refine_views;
     std::optional<double>
         time_limit_s;  ///< then the best pose so far is returned, as doubtful; default: none; positive
     /// Default: the object's centre (centroid of the attenuation).

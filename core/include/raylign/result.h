@@ -68,6 +68,33 @@ struct Confidence {
     double weakest_mm = 0;                                        ///< sigma along it
 };
 
+/// How a view's camera would have to be moved for its image to fit best where the other views see the object; with
+/// RegistrationOptions::refine_views how it was moved. The camera's twist in world about the object's centre at the
+/// pose: camera_from_world is followed, from the right, by the inverse of T(c) exp(rotation, translation) T(-c). Only
+/// relative corrections can be seen: those of two views are about opposite.
+struct ViewCorrection {
+    bool is_estimated = false;                               ///< all else is zero if not
+    bool is_applied = false;                                 ///< the pose is that with the corrected camera
+    Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< rotation vector about world axes
+    Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
+    Eigen::Vector3d centre_world_mm = Eigen::Vector3d::Zero();  ///< the point that it is about
+    Eigen::Vector3d rotation_sigma_deg = Eigen::Vector3d::Zero(), translation_sigma_mm = Eigen::Vector3d::Zero();
+    /// How unlikely the correction is between right cameras: the root of its squared length in standard deviations, per
+    /// degree of freedom. About 1 between views that agree.
+    double significance = 0;
+    /// What it would make of the pose: the object's twist (rad, mm) about its centre in world, and the root mean square
+    /// shift of its points.
+    Eigen::Matrix<double, 6, 1> pose_change = Eigen::Matrix<double, 6, 1>::Zero();
+    double effect_mm = 0;
+    bool is_doubtful = false;  ///< the verdict counts it: larger than chance explains, and it matters for the pose
+};
+
+/// One view of a result.
+struct ViewResult {
+    ViewCorrection correction;
+    RigidTransform camera_from_world;  ///< what the pose is told with: the view's own, corrected where that was asked
+};
+
 /// The pose, whether to believe it, and how it came about.
 struct RegistrationResult {
     RigidTransform world_from_ct;
@@ -85,6 +112,7 @@ struct RegistrationResult {
     /// be that of a coarser level.
     double cost_initial = std::numeric_limits<double>::quiet_NaN(), cost_final = cost_initial;
     std::vector<double> view_costs;   ///< of the result, per view, finest level
+    std::vector<ViewResult> views;    ///< as given
     std::vector<double> overlap;      ///< share of the object that each view shows on usable pixels, [0, 1]
     std::vector<double> covered;      ///< share of each view's image that the box around the object fills
     std::vector<LevelReport> levels;  ///< coarsest first

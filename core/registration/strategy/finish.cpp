@@ -4,6 +4,7 @@
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
 #include "core/registration/trust/confidence.h"
+#include "core/registration/trust/view_agreement.h"
 
 namespace raylign::detail {
 namespace {
@@ -36,6 +37,15 @@ std::vector<double> costs_of_views(Session& session, const RigidTransform& world
     return costs;
 }
 
+/// What each view would like its camera to be, against the others.
+void compare(Run& run, Level& level, const EvidenceScale& scale) {
+    RegistrationResult& result = run.result;
+    if (!run.options.compare_views || run.views.size() < 2) return;
+    const LevelProblem problem = level.problem(result.world_from_ct, true);
+    const std::vector<ViewCorrection> corrections = compare_views(problem, result.world_from_ct, scale);
+    for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
+}
+
 /// What the finest level owes once its minimum is found: robust weights, costs, expected error.
 void finish(Run& run, Level& level, Level* coarser) {
     RegistrationResult& result = run.result;
@@ -44,9 +54,10 @@ void finish(Run& run, Level& level, Level* coarser) {
     result.view_costs = costs_of_views(level.session(), result.world_from_ct);
     result.cost_final = level.report().cost_final = level.cost(result.world_from_ct);
     if (result.method != Method::gauss_newton) return;
+    const double calibration = wants_robust_weights(run, level) ? kCalibration_mismatch : kCalibration_explained;
     Level& used = coarser ? *coarser : level;
-    result.confidence = jackknife(used.problem(result.world_from_ct, false), result.world_from_ct,
-                                  wants_robust_weights(run, level) ? kCalibration_mismatch : kCalibration_explained);
+    result.confidence = jackknife(used.problem(result.world_from_ct, false), result.world_from_ct, calibration);
+    compare(run, used, evidence_scale(calibration, level.plan().pixel_at_object_mm));
 }
 
 }  // namespace

@@ -64,6 +64,8 @@ Twists steps_without_groups(const LevelProblem& problem, const RigidTransform& w
     return steps;
 }
 
+}  // namespace
+
 void summarise(Confidence& confidence, double radius_mm) {
     const Eigen::Matrix3d rotation = confidence.covariance.topLeftCorner<3, 3>();
     const Eigen::Matrix3d translation = confidence.covariance.bottomRightCorner<3, 3>();
@@ -75,8 +77,6 @@ void summarise(Confidence& confidence, double radius_mm) {
     confidence.weakest_direction = principal.axes.col(2);
     confidence.weakest_mm = std::sqrt(std::max(principal.values[2], 0.0));
 }
-
-}  // namespace
 
 Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct, double calibration) {
     std::vector<Image> weights;

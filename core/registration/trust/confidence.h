@@ -16,6 +16,10 @@ namespace raylign::detail {
 /// Not estimated where a group leaves too little to compare.
 [[nodiscard]] Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct,
                                    double calibration);
+
+/// Fills in what follows from the covariance, for an object of this radius.
+void summarise(Confidence& confidence, double radius_mm);
+
 inline constexpr double kCalibration_explained = 1;   ///< noise is all that is left
 inline constexpr double kCalibration_mismatch = 2.2;  ///< structures that bias all groups alike: scatter, other tissue
 

@@ -5,6 +5,7 @@
 
 #include "core/base/number_text.h"
 #include "core/registration/policy.h"
+#include "core/registration/trust/view_agreement.h"
 
 namespace raylign::detail {
 namespace {
@@ -111,6 +112,7 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     doubt_far_ends(result, start, extent, reasons);
     doubt_beyond_range(result, start, extent, reasons);
     doubt_rivals(result, reasons);
+    doubt_disagreeing_views(result, views, reasons);
     if (result.method == Method::gauss_newton && std::isfinite(result.cost_initial) && !result.confidence.is_estimated)
         reasons.push_back("the expected error could not be estimated: few pixels hold all that was compared");
     if (!(result.confidence.rim_mm <= kLargestRim_mm)) {

@@ -1,0 +1,303 @@
+#include "core/registration/trust/view_agreement.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/error.h"
+#include "core/base/linear_algebra.h"
+#include "core/base/number_text.h"
+#include "core/registration/trust/confidence.h"
+
+namespace raylign::detail {
+namespace {
+
+constexpr int kViewGroups = 16, kGroupBlocks = 8;
+constexpr double kShapeOfCurvature = 0.5;  // share of the curvature's shape in a covariance
+constexpr double kWidePrior_deg = 5, kWidePrior_mm = 30;
+constexpr double kDegrees = 180 / std::numbers::pi;
+/// Of a pixel at the object: exact X-rays of the spine phantom against its voxels, both views right, put each view's
+/// own depth 3 mm off, as edges displaced by so much do.
+constexpr double kDisplaced_px = 0.07;
+// Bounds of the verdict, from trials with right cameras (bench/README.md, "Views that contradict each other"). One step
+// tells little of what is far off, so suspicion needs less.
+constexpr double kSuspected = 0.5, kSignificant = 2;
+constexpr double kLeastEffect_mm = 0.1;
+constexpr double kSuspectedEffect = 1, kDoubtfulEffect = 1.5;  // of the error that is expected anyway
+
+/// Rows and columns that hold weight.
+struct WeightedBox {
+    int x0, y0, x1, y1;
+};
+
+WeightedBox weighted_box(const Image& weights) {
+    WeightedBox box{weights.width, weights.height, 0, 0};
+    for (int y = 0; y < weights.height; ++y) {
+        for (int x = 0; x < weights.width; ++x) {
+            if (!(weights(x, y) > 0)) continue;
+            box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
+        }
+    }
+    return box;
+}
+
+/// Each group has four of 8 x 8 blocks, spread over the box.
+Image without_blocks_of(int group, const Image& weights) {
+    const WeightedBox box = weighted_box(weights);
+    Image rest = weights;
+    for (int y = box.y0; y < box.y1; ++y) {
+        const int block_y = (y - box.y0) * kGroupBlocks / (box.y1 - box.y0);
+        for (int x = box.x0; x < box.x1; ++x) {
+            const int block_x = (x - box.x0) * kGroupBlocks / (box.x1 - box.x0);
+            if ((5 * block_x + 3 * block_y) % kViewGroups == group) rest(x, y) = 0;
+        }
+    }
+    return rest;
+}
+
+Twist step_of(const Linearization& at) { return -solve_symmetric(at.curvature, at.gradient); }
+
+Matrix6 inverse_of_symmetric(const Matrix6& matrix) {
+    Matrix6 inverse;
+    for (int i = 0; i < 6; ++i) inverse.col(i) = solve_symmetric(matrix, Vector6(Vector6::Unit(i)));
+    return (inverse + inverse.transpose()) / 2;
+}
+
+using GroupSteps = Eigen::Matrix<double, 6, kViewGroups>;
+
+/// Per view one Gauss-Newton step for each group left out.
+std::vector<GroupSteps> steps_of_views(Session& session, const RigidTransform& world_from_ct,
+                                       const Eigen::Vector3d& centre_ct_mm, const std::vector<Image>& weights,
+                                       const std::function<void()>& before_batch) {
+    std::vector<Linearization> at(weights.size());
+    std::vector<GroupSteps> steps(weights.size());
+    for (int group = 0; group < kViewGroups; ++group) {
+        std::vector<Image> rest;
+        for (const Image& image : weights) rest.push_back(without_blocks_of(group, image));
+        session.set_weights(rest);
+        before_batch();
+        session.linearize_views({&world_from_ct, 1}, centre_ct_mm, at);
+        for (std::size_t v = 0; v < at.size(); ++v) steps[v].col(group) = step_of(at[v]);
+    }
+    return steps;
+}
+
+ViewEvidence evidence_of(const Linearization& at, const GroupSteps& steps, const EvidenceScale& scale) {
+    ViewEvidence evidence;
+    const GroupSteps deviations = steps.colwise() - steps.rowwise().mean();
+    const double factor = scale.calibration * scale.calibration * (kViewGroups - 1.0) / kViewGroups;
+    const double scatter = factor * (deviations.transpose() * at.curvature * deviations).trace() / 6;
+    // In the image plane the curvature is largest: there the displacement's variance shall be what it is.
+    const double in_plane = principal_axes(at.curvature.bottomRightCorner<3, 3>()).values[2];
+    const double displaced = scale.displaced_mm * scale.displaced_mm * in_plane;
+    evidence.step = step_of(at);
+    evidence.curvature = at.curvature;
+    evidence.noise = scatter + displaced;
+    evidence.covariance = (1 - kShapeOfCurvature) * factor * deviations * deviations.transpose() +
+                          (kShapeOfCurvature * scatter + displaced) * inverse_of_symmetric(at.curvature);
+    evidence.is_estimated = evidence.step.allFinite() && evidence.covariance.allFinite() && evidence.noise > 0;
+    return evidence.is_estimated ? evidence : ViewEvidence{};
+}
+
+/// Where all views but one see the object, and how surely.
+struct OthersSay {
+    Twist step;
+    Matrix6 covariance;
+};
+
+OthersSay others_of(std::span<const ViewEvidence> evidence, std::size_t view) {
+    Matrix6 information = Matrix6::Zero();
+    Vector6 weighted = Vector6::Zero();
+    for (std::size_t u = 0; u < evidence.size(); ++u) {
+        if (u == view) continue;
+        const Matrix6 of_view = inverse_of_symmetric(evidence[u].covariance);
+        information += of_view;
+        weighted += of_view * evidence[u].step;
+    }
+    const Matrix6 covariance = inverse_of_symmetric(information);
+    return {covariance * weighted, covariance};
+}
+
+double rim_mm(const Twist& twist, double radius_mm) {
+    return std::sqrt(twist.tail<3>().squaredNorm() + 0.4 * radius_mm * radius_mm * twist.head<3>().squaredNorm());
+}
+
+/// The correction that a difference shows: its mean and spread after the wide prior.
+ViewCorrection after_prior(const Twist& difference, const Matrix6& covariance) {
+    Vector6 prior = Vector6::Constant(kWidePrior_mm * kWidePrior_mm);
+    prior.head<3>().setConstant(std::pow(kWidePrior_deg / kDegrees, 2));
+    const Matrix6 prior_covariance = prior.asDiagonal();
+    const Matrix6 gain = prior_covariance * inverse_of_symmetric(prior_covariance + covariance);
+    ViewCorrection correction =
+        correction_of(gain * difference, prior_covariance - gain * prior_covariance, Twist::Zero(), 0);
+    const double squared = difference.dot(solve_symmetric(covariance, difference));
+    correction.significance = std::sqrt(std::max(squared, 0.0) / 6);
+    return correction;
+}
+
+/// "1.40 degrees about z (within 0.02)", or all three where no axis has nearly all of it.
+std::string axes_text(const Eigen::Vector3d& value, const Eigen::Vector3d& sigma, const char* unit, const char* how) {
+    constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
+    constexpr double kNearlyAll = 0.97;
+    Eigen::Index axis = 0;
+    value.cwiseAbs().maxCoeff(&axis);
+    if (std::abs(value[axis]) > kNearlyAll * value.norm()) {
+        return fixed(value[axis], 2) + " " + unit + " " + how + " " + kAxes[axis] + " (within " +
+               fixed(sigma[axis], 2) + ")";
+    }
+    std::string text = fixed(value.norm(), 2) + " " + unit + " (" + how;
+    for (int i = 0; i < 3; ++i) text += std::string(i == 0 ? " " : ", ") + kAxes[i] + " " + fixed(value[i], 2);
+    return text + "; within " + fixed(sigma.norm(), 2) + ")";
+}
+
+Twist twist_of(const ViewCorrection& correction) {
+    Twist twist;
+    twist << correction.rotation_deg / kDegrees, correction.translation_mm;
+    return twist;
+}
+
+bool matters(const ViewCorrection& correction, double least_mm) {
+    return correction.is_estimated && !correction.is_applied &&
+           correction.effect_mm > std::max(kLeastEffect_mm, least_mm);
+}
+
+}  // namespace
+
+EvidenceScale evidence_scale(double calibration, double pixel_at_object_mm) {
+    return {calibration, kDisplaced_px * pixel_at_object_mm};
+}
+
+std::vector<ViewEvidence> view_evidence(Session& session, const RigidTransform& world_from_ct,
+                                        const Eigen::Vector3d& centre_ct_mm, const EvidenceScale& scale,
+                                        const std::function<void()>& before_batch) {
+    const std::size_t views = session.view_count();
+    std::vector<Image> weights;
+    for (std::size_t v = 0; v < views; ++v) weights.push_back(session.fixed_channels(v).weights);
+    std::vector<Linearization> at(views);
+    before_batch();
+    session.linearize_views({&world_from_ct, 1}, centre_ct_mm, at);
+    std::vector<GroupSteps> steps;
+    try {
+        steps = steps_of_views(session, world_from_ct, centre_ct_mm, weights, before_batch);
+    } catch (const Error& error) {
+        session.set_weights(weights);
+        if (error.kind() != ErrorKind::input) throw;
+        return std::vector<ViewEvidence>(views);  // a group held nearly all pixels
+    } catch (...) {                               // the run was stopped
+        session.set_weights(weights);
+        throw;
+    }
+    session.set_weights(weights);
+    std::vector<ViewEvidence> evidence;
+    for (std::size_t v = 0; v < views; ++v) evidence.push_back(evidence_of(at[v], steps[v], scale));
+    return evidence;
+}
+
+std::vector<ViewCorrection> view_corrections(std::span<const ViewEvidence> evidence, std::span<const double> shares,
+                                             double radius_mm) {
+    std::vector<ViewCorrection> corrections(evidence.size());
+    const bool is_known = std::ranges::all_of(evidence, [](const ViewEvidence& e) { return e.is_estimated; });
+    if (evidence.size() < 2 || !is_known) return corrections;
+    Matrix6 curvature = Matrix6::Zero();
+    for (std::size_t v = 0; v < evidence.size(); ++v) curvature += shares[v] * evidence[v].curvature;
+    for (std::size_t v = 0; v < evidence.size(); ++v) {
+        const OthersSay others = others_of(evidence, v);
+        ViewCorrection& correction = corrections[v];
+        correction = after_prior(others.step - evidence[v].step, others.covariance + evidence[v].covariance);
+        const Vector6 pull = shares[v] * evidence[v].curvature * twist_of(correction);
+        correction.pose_change = solve_symmetric(curvature, pull);
+        correction.effect_mm = rim_mm(correction.pose_change, radius_mm);
+    }
+    return corrections;
+}
+
+std::vector<ViewCorrection> compare_views(const LevelProblem& problem, const RigidTransform& world_from_ct,
+                                          const EvidenceScale& scale) {
+    Session& session = problem.session;
+    const std::vector<ViewEvidence> evidence =
+        view_evidence(session, world_from_ct, problem.extent.centre_ct_mm, scale, problem.before_batch);
+    std::vector<double> shares;
+    for (std::size_t v = 0; v < evidence.size(); ++v) {
+        shares.push_back(session.view_share(v));
+    }
+    std::vector<ViewCorrection> corrections = view_corrections(evidence, shares, problem.extent.radius_mm);
+    for (ViewCorrection& correction : corrections) {
+        correction.centre_world_mm = world_from_ct * problem.extent.centre_ct_mm;
+    }
+    return corrections;
+}
+
+ViewCorrection correction_of(const Twist& twist, const Matrix6& covariance, const Twist& pose_change,
+                             double radius_mm) {
+    const Vector6 sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+    ViewCorrection correction;
+    correction.is_estimated = true;
+    correction.rotation_deg = kDegrees * twist.head<3>();
+    correction.translation_mm = twist.tail<3>();
+    correction.rotation_sigma_deg = kDegrees * sigma.head<3>();
+    correction.translation_sigma_mm = sigma.tail<3>();
+    correction.significance = std::sqrt(std::max(twist.dot(solve_symmetric(covariance, twist)), 0.0) / 6);
+    correction.pose_change = pose_change;
+    correction.effect_mm = rim_mm(pose_change, radius_mm);
+    return correction;
+}
+
+std::optional<std::size_t> suspected_view(const RegistrationResult& result) {
+    std::optional<std::size_t> worst;
+    for (std::size_t v = 0; v < result.views.size(); ++v) {
+        const ViewCorrection& correction = result.views[v].correction;
+        if (!(correction.significance > kSuspected) ||
+            !matters(correction, kSuspectedEffect * result.confidence.rim_mm))
+            continue;
+        // Of two views either may be wrong: people trust the one named first.
+        constexpr double kAlike = 0.95;
+        if (worst && correction.significance < kAlike * result.views[*worst].correction.significance) continue;
+        worst = v;
+    }
+    return worst;
+}
+
+void judge_views(RegistrationResult& result, double radius_mm) {
+    const double expected_mm = result.confidence.rim_mm;
+    const ViewCorrection* most = nullptr;
+    for (ViewResult& view : result.views) {
+        ViewCorrection& correction = view.correction;
+        correction.is_doubtful =
+            correction.significance > kSignificant && matters(correction, kDoubtfulEffect * expected_mm);
+        if (correction.is_doubtful && (!most || correction.effect_mm > most->effect_mm)) most = &correction;
+    }
+    if (!most || !result.confidence.is_estimated) return;
+    result.confidence.covariance += most->pose_change * most->pose_change.transpose();
+    summarise(result.confidence, radius_mm);
+}
+
+std::string correction_text(const ViewCorrection& c) {
+    const double turned = c.rotation_deg.cwiseQuotient(c.rotation_sigma_deg).norm();
+    const double moved = c.translation_mm.cwiseQuotient(c.translation_sigma_mm).norm();
+    if (turned >= moved) return "turned by " + axes_text(c.rotation_deg, c.rotation_sigma_deg, "degrees", "about");
+    return "moved by " + axes_text(c.translation_mm, c.translation_sigma_mm, "mm", "along");
+}
+
+void doubt_disagreeing_views(const RegistrationResult& result, std::span<const View> views,
+                             std::vector<std::string>& reasons) {
+    const ViewCorrection* worst = nullptr;
+    std::size_t index = 0;
+    for (std::size_t v = 0; v < result.views.size(); ++v) {
+        const ViewCorrection& correction = result.views[v].correction;
+        if (!correction.is_doubtful || (worst && correction.significance < worst->significance)) continue;
+        worst = &correction;
+        index = v;
+    }
+    if (!worst) return;
+    if (worst->is_applied) {
+        reasons.push_back("the camera of view " + views[index].name + " was " + correction_text(*worst) +
+                          ", far more than it may be off: is it the right geometry, and is the start near enough?");
+        return;
+    }
+    reasons.push_back("the views contradict each other: " + views[index].name + " fits best if its camera is " +
+                      correction_text(*worst) + ", which would move the pose by " + fixed(worst->effect_mm, 2) +
+                      " mm: is its geometry right?");
+}
+
+}  // namespace raylign::detail
