@@ -2,6 +2,7 @@
 #include <array>
 #include <iostream>
 
+#include "apps/geometry/check.h"
 #include "apps/geometry/summary.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/flags.h"
@@ -28,6 +29,7 @@ struct GeometryOptions {
     std::string flip;               ///< "" = the format's own
     std::string undistorted;        ///< "true" or "false"; "" = not said
     bool json = false;
+    bool check = false;  ///< files are folders of registered cases
 };
 
 GeometryHints hints_of(const GeometryOptions& options) {
@@ -168,7 +170,17 @@ void write_converted(const GeometryOptions& options, const std::vector<ViewSumma
     write_views(options.output, views, {}, flips, distortions);
 }
 
+int run_check(const GeometryOptions& options) {
+    const bool is_alone = options.output.empty() && options.format.empty() && options.size.empty() &&
+                          options.pixel_pitch.empty() && options.sdd_mm == 0 && options.flip.empty() &&
+                          options.undistorted.empty();
+    if (!is_alone) throw Error("--check reads reports and converts nothing: leave the other options but --json out");
+    std::cout << rig_check(options.files, options.json);
+    return 0;
+}
+
 int run_geometry(const GeometryOptions& options) {
+    if (options.check) return run_check(options);
     const GeometryHints hints = hints_of(options);
     if (options.output.empty() && !options.format.empty()) throw Error("--format needs -o FILE");
     if (!options.output.empty()) (void)output_format(options);
@@ -215,12 +227,18 @@ void add_geometry_command(CLI::App& app, Job& job) {
         command.add_option("--format", options->format,
                            "Of -o: views, mayacam2, rtk, plastimatch, opencv or vectors; default by its extension"),
         "NAME", kOutputGroup);
+    command
+        .add_flag("--check", options->check,
+                  "FILEs are folders that register wrote, or folders of such: corrections that their views have in\n"
+                  "common, a rig's systematic error; default off")
+        ->group(kStartGroup);
     command.add_flag("--json", options->json, "Print JSON; default off")->group(kOutputGroup);
     finish_command(command,
                    "  raylign geometry cam01.txt cam02.txt\n"
                    "  raylign geometry scan.xml --size 512,512 --pixel-pitch 0.8,0.8 -o views.json\n"
                    "  raylign geometry calibration.txt --size 1024,1024 -o views.json\n"
-                   "  raylign geometry views.json -o geometry.xml");
+                   "  raylign geometry views.json -o geometry.xml\n"
+                   "  raylign geometry --check results/case1 results/case2 results/case3");
     command.callback([options, &job] { job = [options](const Invocation&) { return run_geometry(*options); }; });
 }
 

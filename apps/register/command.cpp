@@ -1,6 +1,7 @@
 #include <iostream>
 
 #include "apps/pictures/overlay.h"
+#include "apps/register/refined_views.h"
 #include "apps/register/report.h"
 #include "apps/register/summary.h"
 #include "apps/shared/clock.h"
@@ -20,9 +21,12 @@ namespace {
 
 std::string overlay_file_name(const std::string& view) { return "overlay_" + view + ".png"; }
 
-std::vector<std::string> output_file_names(const RegisterInputs& inputs) {
+constexpr const char* kRefinedViews = "views_refined.json";
+
+std::vector<std::string> output_file_names(const RegisterInputs& inputs, const RegisterOptions& options) {
     std::vector<std::string> names{"pose.json", "pose.tfm", "report.json", "report.html"};
     if (!inputs.dicom_ct.empty()) names.emplace_back("pose.dcm");
+    if (options.refine.refine_views) names.emplace_back(kRefinedViews);
     for (const View& view : inputs.views) {
         names.push_back(overlay_file_name(view.name));
         names.push_back(drr_file_name(view.name));
@@ -52,12 +56,13 @@ std::optional<double> px_per_mm(const View& view, const RigidTransform& world_fr
 std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& options,
                                         const RegistrationResult& result, Backend& backend, OutputFolder& folder) {
     std::vector<PageOverlay> overlays;
-    std::vector<View> views = inputs.views;
+    const std::vector<View> as_found = views_of(result, inputs.views);
+    std::vector<View> views = as_found;
     for (View& view : views) view.image = view.weights = {};  // they are only rendered and need no channels
     const auto session = backend.prepare({inputs.volume, views, options.render, options.similarity});
-    for (std::size_t i = 0; i < inputs.views.size(); ++i) {
+    for (std::size_t i = 0; i < as_found.size(); ++i) {
         stop_if_interrupted();
-        const View& view = inputs.views[i];
+        const View& view = as_found[i];
         const Image drr_start = session->render(inputs.start_world_from_ct, i);
         const Image drr_result = session->render(result.world_from_ct, i);
         write_image(folder.stage(drr_file_name(view.name)), drr_result);
@@ -88,6 +93,10 @@ std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registrat
     if (!run.inputs.dicom_ct.empty()) {
         write_pose(folder.stage("pose.dcm"), run.result.world_from_ct, run.inputs.dicom_ct);
     }
+    if (run.options.refine.refine_views) {
+        write_text(folder.stage(kRefinedViews), refined_views_json(views_of(run.result, run.inputs.views),
+                                                                   run.inputs.origins, run.options.output.folder));
+    }
     const std::vector<PageOverlay> overlays = stage_pictures(run.inputs, registration, run.result, backend, folder);
     run.total_s = seconds_since(begin) - run.inputs.hashes.time_s;
     const std::string report = report_json(run);
@@ -101,12 +110,14 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
     settle_conflicts(options.volume);
     settle_conflicts(options.backend);
     settle_conflicts(options.search, options.method);
+    const bool is_refined = settle_refinement(options.refine, options.method, options.search);
     // Checks names first: that is cheap.
     RegistrationOptions registration = registration_options(options.method, options.search, options.backend);
     BackendChoice choice = choose_backend(options.backend);
     const RegisterInputs inputs = read_register_inputs(options);
+    if (is_refined) registration.refine_views = view_prior(options.refine, inputs.views);
     registration.rotation_centre_ct_mm = inputs.rotation_centre_ct_mm;
-    const std::vector<std::string> names = output_file_names(inputs);
+    const std::vector<std::string> names = output_file_names(inputs, options);
     refuse_to_overwrite(inputs.files, options.output.folder, names);
     OutputFolder folder(options.output.folder);  // before the work: an unwritable folder should not cost a run
 
@@ -126,6 +137,21 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
     return run.result.ok ? 0 : 1;
 }
 
+void add_refine_flags(CLI::App& command, RefineFlags& flags) {
+    command
+        .add_flag("--refine-views", flags.refine_views,
+                  "Correct the cameras, too, and leave views_refined.json; needs two views; default off")
+        ->group(kMethodGroup);
+    describe(command.add_option("--view-prior", flags.prior,
+                                "How far cameras may be off: standard deviations of their turn and of their shift\n"
+                                "at the object, per axis; default 2,10"),
+             "DEG,MM", kMethodGroup);
+    describe(command.add_option("--keep-view", flags.kept_view,
+                                "The view whose camera stays, and defines the world; none: all share the correction;\n"
+                                "default the first view"),
+             "NAME", kMethodGroup);
+}
+
 }  // namespace
 
 void add_register_command(CLI::App& app, Job& job) {
@@ -138,6 +164,7 @@ void add_register_command(CLI::App& app, Job& job) {
     add_truth_flags(command, options->truth);
     add_method_flags(command, options->method);
     add_search_flags(command, options->search);
+    add_refine_flags(command, options->refine);
     add_backend_flags(command, options->backend);
     add_output_flags(
         command, options->output,
@@ -148,7 +175,8 @@ void add_register_command(CLI::App& app, Job& job) {
         command,
         "  raylign register -v ct.nii.gz --views views.json --start pose.json -o result\n"
         "  raylign register -v dicom_folder --series 2 --views views.json -o result --backend cpu --threads 4\n"
-        "  raylign register -v ct.mha --views xrays/views.json --truth pose.json -o result --json > report.json");
+        "  raylign register -v ct.mha --views xrays/views.json --truth pose.json -o result --json > report.json\n"
+        "  raylign register -v ct.mha --views views.json --start pose.json -o result --refine-views --view-prior 1,5");
     command.callback([options, &job] {
         job = [options](const Invocation& invocation) { return run_register(*options, invocation); };
     });

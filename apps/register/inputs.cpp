@@ -62,6 +62,7 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     append(inputs.notes, guess.notes);
     settle_dicom_poses(options, volume.files.front(), inputs);
     inputs.views = std::move(views.views);
+    inputs.origins = std::move(views.origins);
     if (inputs.true_world_from_ct && inputs.targets_ct_mm.empty()) {
         inputs.targets_ct_mm = default_targets_ct_mm(inputs.volume);
     }

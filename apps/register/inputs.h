@@ -8,6 +8,7 @@
 
 #include "apps/register/options.h"
 #include "apps/shared/manifest.h"
+#include "raylign/io/views.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"
@@ -18,6 +19,7 @@ namespace raylign::detail::apps {
 struct RegisterInputs {
     Volume volume;
     std::vector<View> views;
+    std::vector<ViewOrigin> origins;  ///< of the views
     RigidTransform start_world_from_ct;
     std::optional<RigidTransform> true_world_from_ct;
     std::vector<Eigen::Vector3d> targets_ct_mm;            ///< given, or with --truth the default ones; else empty

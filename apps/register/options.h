@@ -4,6 +4,12 @@
 
 namespace raylign::detail::apps {
 
+struct RefineFlags {
+    bool refine_views = false;
+    std::string prior;      ///< "DEG,MM"; "" = the default
+    std::string kept_view;  ///< name, or none; "" = the first
+};
+
 /// What the command line of `register` says.
 struct RegisterOptions {
     VolumeFlags volume;
@@ -12,6 +18,7 @@ struct RegisterOptions {
     TruthFlags truth;
     MethodFlags method;
     SearchFlags search;
+    RefineFlags refine;
     BackendFlags backend;
     OutputFlags output;
 };

@@ -54,12 +54,27 @@ Json history(const RegistrationResult& result) {
     return list;
 }
 
+Json correction(const ViewCorrection& correction) {
+    if (!correction.is_estimated) return nullptr;
+    return {{"rotation_deg", vector_json(correction.rotation_deg)},
+            {"translation_mm", vector_json(correction.translation_mm)},
+            {"rotation_sigma_deg", vector_json(correction.rotation_sigma_deg)},
+            {"translation_sigma_mm", vector_json(correction.translation_sigma_mm)},
+            {"centre_world_mm", vector_json(correction.centre_world_mm)},
+            {"significance", correction.significance},
+            {"effect_mm", correction.effect_mm},
+            {"applied", correction.is_applied},
+            {"doubtful", correction.is_doubtful}};
+}
+
 Json view_costs(const RegisterRun& run) {
     Json list = Json::array();
     for (std::size_t i = 0; i < run.result.view_costs.size(); ++i) {
         list.push_back({{"name", run.inputs.views[i].name},
                         {"cost", run.result.view_costs[i]},
-                        {"overlap", run.result.overlap[i]}});
+                        {"overlap", run.result.overlap[i]},
+                        {"correction", correction(run.result.views[i].correction)},
+                        {"camera_from_world", matrix_json(run.result.views[i].camera_from_world)}});
     }
     return list;
 }

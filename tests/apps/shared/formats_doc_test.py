@@ -171,6 +171,11 @@ def check_register(run, check, work, backend):
     check.folder(work / "registered")
     check.input_keys("Poses", (work / "registered/pose.json").read_text())
     check.json("report.json", (work / "registered/report.json").read_text())
+    refine = ["--refine-views", "--view-prior", "1,5", "--start", "pose.json"]
+    run("register", *scene, "--views", "xrays/views.json", *refine, "-o", "refined", codes=(0, 1))
+    check.folder(work / "refined")
+    check.input_keys("views.json", (work / "refined/views_refined.json").read_text())
+    check.json("geometry --check --json", run("geometry", "--check", "registered", "refined", "--json"))
 
 
 def check_rivals(run, check, backend):
