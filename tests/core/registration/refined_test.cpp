@@ -188,8 +188,11 @@ TEST(RefineViews, SharesTheCorrectionsOutWhereNoViewIsKept) {
     RegistrationOptions options = refining();
     options.refine_views->kept_view.reset();
     const RegistrationResult result = c.run(options);
-    EXPECT_NEAR(result.views[0].correction.rotation_deg.z(), -0.5, 0.1);
-    EXPECT_NEAR(result.views[1].correction.rotation_deg.z(), 0.5, 0.1);
+    const double first_deg = result.views[0].correction.rotation_deg.z();
+    const double second_deg = result.views[1].correction.rotation_deg.z();
+    EXPECT_NEAR(first_deg, -second_deg, 0.05) << "half each of what the prior lets the slim spine tell";
+    EXPECT_GT(second_deg, 0.15);
+    EXPECT_LT(second_deg, 0.6);
     EXPECT_GT(result.confidence.rotation_deg, 1) << "two degrees of prior each leave the rig as a whole open";
 }
 
@@ -202,8 +205,8 @@ TEST(RefineViews, ATightPriorHoldsTheCameras) {
 
 TEST(RefineViews, ACorrectionThatRunsAwayIsDoubted) {
     RigCase c;
-    c.believe_elsewhere(1, twist(0, 0, 1.5, 0, 0, 0));
-    const RegistrationResult result = c.run(refining(0.2, 1));
+    c.believe_elsewhere(1, twist(0, 0, 0, 0, 0, 6));
+    const RegistrationResult result = c.run(refining(1, 0.5));
     EXPECT_FALSE(result.ok);
     EXPECT_TRUE(result.views[1].correction.is_doubtful);
     EXPECT_THAT(result.reasons, testing::Contains(testing::HasSubstr("far more than it may be off")));
