@@ -229,8 +229,8 @@ void add_geometry_command(CLI::App& app, Job& job) {
         "NAME", kOutputGroup);
     command
         .add_flag("--check", options->check,
-                  "FILEs are folders that register wrote, or folders of such: corrections that their views have in\n"
-                  "common, a rig's systematic error; default off")
+                  "FILEs are folders that register wrote, or folders of such: corrections that their views\n"
+                  "have in common, a rig's systematic error; default off")
         ->group(kStartGroup);
     command.add_flag("--json", options->json, "Print JSON; default off")->group(kOutputGroup);
     finish_command(command,

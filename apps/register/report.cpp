@@ -106,11 +106,15 @@ Json covariance(const Confidence& confidence) {
 
 Json sigma(const Confidence& confidence) {
     if (!confidence.is_estimated) return nullptr;
-    return {{"translation_mm", confidence.translation_mm},
-            {"rotation_deg", confidence.rotation_deg},
-            {"expected_error_mm", confidence.rim_mm},
-            {"weakest_direction", vector_json(confidence.weakest_direction)},
-            {"weakest_mm", confidence.weakest_mm}};
+    Json sigma = {
+        {"translation_mm", confidence.translation_mm}, {"rotation_deg", confidence.rotation_deg},
+        {"expected_error_mm", confidence.rim_mm},      {"weakest_direction", vector_json(confidence.weakest_direction)},
+        {"weakest_mm", confidence.weakest_mm},         {"weakest_axis", vector_json(confidence.weakest_axis)},
+        {"weakest_deg", confidence.weakest_deg}};
+    const bool one_view = confidence.in_depth_mm > 0;
+    sigma["in_plane_mm"] = one_view ? Json(confidence.in_plane_mm) : Json();
+    sigma["in_depth_mm"] = one_view ? Json(confidence.in_depth_mm) : Json();
+    return sigma;
 }
 
 Json search(const SearchReport& search) {

@@ -8,6 +8,8 @@ namespace raylign::detail {
 inline constexpr double kWeakCost = 0.5;
 /// Cost of a whole on the coarsest level, where noise is averaged away, from which on finer levels would be wasted.
 inline constexpr double kHopelessCost = 0.7;
+/// Cost below which noise is all that is left: weights would only cost time.
+inline constexpr double kRobustFrom_cost = 0.005;
 /// Share of a part that every view must show: a sliver of it fits an edge of the field of view better than any bone
 /// fits a bone.
 inline constexpr double kLeastSeen_part = 0.5;

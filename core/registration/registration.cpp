@@ -7,7 +7,6 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
-#include "core/registration/policy.h"
 #include "core/registration/strategy/refine_views.h"
 #include "core/registration/strategy/reversed_contrast.h"
 #include "core/registration/strategy/strategy.h"
@@ -91,7 +90,10 @@ void suspect_mirrored(Run& run) {
 
 /// Says what may be wrong with the images: what was suspected already, else what is found where `may_look` says so.
 void name_suspicion(Run& run, bool may_look) {
-    const bool is_weak = std::ranges::any_of(run.result.view_costs, [](double cost) { return !(cost < kWeakCost); });
+    bool is_weak = false;
+    for (std::size_t v = 0; v < run.result.view_costs.size(); ++v) {
+        is_weak = is_weak || is_weakly_explained(run.result, v);
+    }
     const bool was_tried = run.result.content == Content::part;
     try {
         if (!run.suspicion && may_look && is_weak && !was_tried) run.suspicion = reversed_contrast(run);
@@ -184,6 +186,10 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
     if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
     result.ok = result.reasons.empty() && !run.suspicion;
+    if (!result.ok && result.confidence.is_estimated && !is_only_unsure(result)) {
+        result.confidence = {};
+        result.confidence.is_withheld = true;
+    }
     if (!result.ok) name_suspicion(run, stopped.empty() && options.suspect_mirrored && !options.time_limit_s);
     return result;
 }

@@ -34,13 +34,26 @@ std::string costs_text(const RegistrationResult& result, int digits) {
     return before + fixed(result.cost_final, digits);
 }
 
+std::string axis_text(const Eigen::Vector3d& axis) {
+    return with_sign(axis.x(), 2) + ", " + with_sign(axis.y(), 2) + ", " + with_sign(axis.z(), 2);
+}
+
+/// "0.042 mm", or for one view "0.15 mm in plane, 1.41 mm in depth".
+std::string expected_text(const Confidence& c) {
+    if (c.in_depth_mm > 0) {
+        return fixed(c.in_plane_mm, 3) + " mm in plane, " + fixed(c.in_depth_mm, 2) + " mm in depth";
+    }
+    return fixed(c.rim_mm, 3) + " mm";
+}
+
 std::string confidence_text(const Confidence& c) {
+    if (c.is_withheld) return labelled("expected", "error not estimated: the pose is doubted");
     if (!c.is_estimated) return {};
-    const Eigen::Vector3d& weakest = c.weakest_direction;
     return labelled("sigma", fixed(c.translation_mm, 3) + " mm, " + fixed(c.rotation_deg, 3) + " deg; weakest along (" +
-                                 with_sign(weakest.x(), 2) + ", " + with_sign(weakest.y(), 2) + ", " +
-                                 with_sign(weakest.z(), 2) + "): " + fixed(c.weakest_mm, 3) + " mm") +
-           labelled("expected", fixed(c.rim_mm, 3) + " mm (root mean square error of the object's points)");
+                                 axis_text(c.weakest_direction) + "): " + fixed(c.weakest_mm, 3) + " mm, about (" +
+                                 axis_text(c.weakest_axis) + "): " + fixed(c.weakest_deg, 3) + " deg") +
+           labelled("expected", expected_text(c) + " (root mean square error of the object's points)" +
+                                    (c.in_depth_mm > 0 ? "; one view tells depth by size only" : ""));
 }
 
 std::string search_text(const SearchReport& search) {
@@ -56,7 +69,8 @@ std::string search_text(const SearchReport& search) {
 std::string brief(const RegistrationResult& result) {
     std::string text = result.ok ? "ok" : "doubtful";
     if (std::isfinite(result.cost_final)) text += ": cost " + costs_text(result, 4);
-    if (result.confidence.is_estimated) text += ", expected error " + fixed(result.confidence.rim_mm, 3) + " mm";
+    if (result.confidence.is_estimated) text += ", expected error " + expected_text(result.confidence);
+    if (result.confidence.is_withheld) text += ", expected error not estimated as the pose is doubted";
     return text + ", " + std::to_string(result.iterations) + " iterations, " + fixed(result.total_s, 2) + " s";
 }
 

@@ -104,6 +104,7 @@ Tracker::State::State(const Volume& volume, const RigidTransform& start_world_fr
     check_options(options.registration, backend);
     if (!backend.info().has_derivatives) options_.recovery = Search::none;
     options_.registration.suspect_mirrored = false;  // a track's first frame tells, and each would pay for it
+    options_.registration.look_around = false;       // the prediction is near, and a lost frame is searched for
 }
 
 void Tracker::State::check_number(int frame) const {
@@ -133,7 +134,7 @@ double Tracker::State::cost_limit() const {
 
 RegistrationOptions Tracker::State::first_options() const {
     RegistrationOptions options = options_.registration;
-    options.compare_views = false;  // cameras are those of all frames: one registration tells, and frames are many
+    options.compare_views = false;       // cameras are those of all frames: one registration tells, and frames are many
     if (!last_tracked_) return options;  // gaps before the first frame do not count
     if (content_) options.content = *content_;
     options.search.mode = Search::none;

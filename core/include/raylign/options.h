@@ -68,12 +68,15 @@ struct RegistrationOptions {
     Content content = Content::automatic;
     SearchOptions search;
     bool robust = true;  ///< weigh down what the DRR cannot explain (gauss-newton only)
+    /// Look around the result of a descent for other poses that explain the X-rays as well, go on from one that
+    /// explains them better, and doubt the result where one is as good (gauss-newton, a whole, no search).
+    bool look_around = true;
     /// Where the result is doubtful, find out whether the images fit far better with their contrast reversed (on the
     /// coarsest level, and before a part is sought) or mirrored (up to seven more registrations; not where there is a
     /// time limit), and say so among the reasons.
     bool suspect_mirrored = true;
     /// Compare what each view would like with what the others say, and doubt views that contradict each other
-    /// (gauss-newton, two views or more): 16 linearizations at the end.
+    /// (gauss-newton, a whole, two views or more): 20 linearizations at the end.
     bool compare_views = true;
     /// Find corrections of the cameras, too, within this prior, and the pose with the corrected cameras. Needs
     /// gauss-newton and at least two views; not with a time limit. Default: cameras are believed.

@@ -56,9 +56,11 @@ struct SearchReport {
     std::vector<Rival> rivals;   ///< distinct other ends, best first
 };
 
-/// How sure the pose is, from leaving parts of the images out and from how far that moves the pose.
+/// How sure the pose is: from how far it moves when parts of the images are left out, and from how far blur, scatter
+/// and beam hardening, which a DRR has not, would have moved it.
 struct Confidence {
-    bool is_estimated = false;  ///< all else is zero if not
+    bool is_estimated = false;  ///< all else but is_withheld is zero if not
+    bool is_withheld = false;   ///< the verdict doubts the pose: how sure a wrong pose is nobody needs to know
     /// Of the twist (rad, mm) about the object's centre in world.
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
     double translation_mm = 0;  ///< root of the trace of the translation's covariance
@@ -66,6 +68,10 @@ struct Confidence {
     double rim_mm = 0;          ///< root mean square shift of points of the object: what mTRE to expect
     Eigen::Vector3d weakest_direction = Eigen::Vector3d::Zero();  ///< of translation, in world; unit
     double weakest_mm = 0;                                        ///< sigma along it
+    Eigen::Vector3d weakest_axis = Eigen::Vector3d::Zero();       ///< of rotation, in world; unit
+    double weakest_deg = 0;                                       ///< sigma about it
+    /// Where there is one view only: rim_mm along its line of sight to the object and without that; zero otherwise.
+    double in_depth_mm = 0, in_plane_mm = 0;
 };
 
 /// How a view's camera would have to be moved for its image to fit best where the other views see the object; with
@@ -111,11 +117,13 @@ struct RegistrationResult {
     /// Finest level, final weights: of the start and of the result. NaN where time was up before; the result's may then
     /// be that of a coarser level.
     double cost_initial = std::numeric_limits<double>::quiet_NaN(), cost_final = cost_initial;
-    std::vector<double> view_costs;   ///< of the result, per view, finest level
-    std::vector<ViewResult> views;    ///< as given
-    std::vector<double> overlap;      ///< share of the object that each view shows on usable pixels, [0, 1]
-    std::vector<double> covered;      ///< share of each view's image that the box around the object fills
-    std::vector<LevelReport> levels;  ///< coarsest first
+    /// Of the result, per view: of a whole with the run's own filter, before a finer one and robust weights finish it.
+    std::vector<double> view_costs;
+    std::vector<double> fine_view_costs;  ///< the same with the filter and weights that it was finished with
+    std::vector<ViewResult> views;        ///< as given
+    std::vector<double> overlap;          ///< share of the object that each view shows on usable pixels, [0, 1]
+    std::vector<double> covered;          ///< share of each view's image that the box around the object fills
+    std::vector<LevelReport> levels;      ///< coarsest first
     std::vector<IterationRecord> history;
     int iterations = 0;
     int robust_rounds = 0;  ///< how often robust weights were renewed

@@ -16,20 +16,6 @@ constexpr double kCostToleranceFinest = 1e-10;
 constexpr double kCostToleranceCoarse = 1e-6;
 constexpr int kTypicalIterations = 15;  // per level: scales the progress estimate only
 
-void add(SessionTiming& sum, const SessionTiming& t) {
-    sum.prepare_s += t.prepare_s;
-    sum.drr_s += t.drr_s;
-    sum.gradient_s += t.gradient_s;
-    sum.reduction_s += t.reduction_s;
-    sum.transfer_s += t.transfer_s;
-}
-
-void add(SessionCounters& sum, const SessionCounters& c) {
-    sum.evaluations += c.evaluations;
-    sum.linearizations += c.linearizations;
-    sum.bytes_to_host += c.bytes_to_host;
-}
-
 }  // namespace
 
 double level_work(const LevelPlan& plan) {
@@ -40,7 +26,8 @@ double level_work(const LevelPlan& plan) {
 Level::Level(Run& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
     : run_(run), plan_(plan), index_(static_cast<int>(run.result.levels.size())) {
     make_views(focus);
-    session_ = run.resident.session(plan.volume_halvings, views_, {run.options.similarity.metric, plan.filter});
+    is_continued_ = content == Content::whole && !run.shows_the_cut.value_or(true) && may_continue();
+    session_ = with_views(views_);
     const Volume& volume = run.resident.halved(plan.volume_halvings);
     report_.volume_size = volume.grid.size;
     report_.spacing_mm = volume.grid.spacing_mm;
@@ -99,6 +86,22 @@ std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std
         if (error.kind() != ErrorKind::input) throw;
         return nullptr;  // blank, or hardly a usable pixel
     }
+}
+
+std::unique_ptr<Session> Level::with_views(std::span<const View> views) {
+    const Similarity similarity{run_.options.similarity.metric, plan_.filter};
+    if (is_continued_) return run_.resident.continued_session(plan_.volume_halvings, views, similarity);
+    return run_.resident.session(plan_.volume_halvings, views, similarity);
+}
+
+bool Level::may_continue() const { return !plan_.is_finest && !run_.resident.cut_faces().empty(); }
+
+void Level::go_beyond_the_cut(bool goes_on) {
+    goes_on = goes_on && may_continue();
+    if (is_continued_ == goes_on) return;
+    count(*session_);
+    is_continued_ = goes_on;
+    session_ = with_views(views_);
 }
 
 void Level::count(const Session& cut_out) {

@@ -29,6 +29,7 @@ public:
     [[nodiscard]] const LevelPlan& plan() const { return plan_; }
     [[nodiscard]] int index() const { return index_; }
     [[nodiscard]] LevelReport& report() { return report_; }
+    [[nodiscard]] const LevelReport& report() const { return report_; }
     [[nodiscard]] double cost(const RigidTransform& world_from_ct);
     [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest) {
         return problem(start, finest, *session_);
@@ -40,11 +41,19 @@ public:
     /// it does by count().
     [[nodiscard]] std::unique_ptr<Session> cut_out(const RigidTransform& world_from_ct, std::span<const Image> images,
                                                    std::vector<Image>& cut);
+    /// These views, of the level's size, on its volume and with its filter. Count what it does by count().
+    [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views);
     void count(const Session& cut_out);
     /// The method of the run from `start`; records its steps, moves result.world_from_ct, adds to the report.
     LevelOutcome optimize(const RigidTransform& start, bool finest, double initial_step_mm);
     /// Throws Error where the DRR at the start misses a view.
     void check_overlap();
+    /// Whether its volume goes on beyond the CT's cut faces (object/continued.h): a whole's, where the X-ray is known
+    /// to show more than the CT, on all levels but the finest.
+    [[nodiscard]] bool is_continued() const { return is_continued_; }
+    [[nodiscard]] bool may_continue() const;
+    /// Changes that, where it may; weights are the masks' again.
+    void go_beyond_the_cut(bool goes_on);
     /// Adds what was counted to the result: once, when the work on the level has ended, however it ended.
     void close();
 
@@ -57,6 +66,7 @@ private:
     int index_;
     std::vector<View> views_;
     std::unique_ptr<Session> session_;
+    bool is_continued_ = false;
     SessionCounters counters_;  ///< of sessions cut from this level
     LevelReport report_;
     Run::Clock::time_point begin_ = Run::Clock::now();

@@ -74,6 +74,7 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
     while ((smallest_side_px >>= 1) >= kSmallestImageSide_px && (!levels || std::ssize(plan) < *levels)) {
         if (extent.thickness_mm < kLeastThickness_px * 2 * plan.back().pixel_at_object_mm) break;
         LevelPlan next = plan.back();
+        next.is_finest = false;
         for (int& halvings : next.image_halvings) ++halvings;
         next.pixel_at_object_mm *= 2;
         next.volume_halvings = halvings_that_fit(volume.grid, next.pixel_at_object_mm);

@@ -4,6 +4,20 @@
 
 namespace raylign::detail {
 
+void add(SessionTiming& sum, const SessionTiming& more) {
+    sum.prepare_s += more.prepare_s;
+    sum.drr_s += more.drr_s;
+    sum.gradient_s += more.gradient_s;
+    sum.reduction_s += more.reduction_s;
+    sum.transfer_s += more.transfer_s;
+}
+
+void add(SessionCounters& sum, const SessionCounters& more) {
+    sum.evaluations += more.evaluations;
+    sum.linearizations += more.linearizations;
+    sum.bytes_to_host += more.bytes_to_host;
+}
+
 void stop_if_asked(const Run& run) {
     if (run.control.meanwhile) run.control.meanwhile();
     if (run.control.stop.stop_requested()) throw RunStopped{Termination::stopped};

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/registration/object/resident_volume.h"
 #include "raylign/registration.h"
@@ -27,6 +28,11 @@ struct Run {
     RegistrationResult result{};
     /// Cost of the finest level before the fine filter and the weights that finish it: noise alone raises those.
     std::optional<double> explained_cost{};
+    /// The same per view.
+    std::vector<double> explained_view_costs{};
+    /// Whether the X-ray shows the CT's cut sides as the CT has them, or more of the body. Nothing where that is not
+    /// known yet, as before a place is found.
+    std::optional<bool> shows_the_cut{};
     /// Why the images and not the pose must be wrong; a part was not sought then.
     std::optional<std::string> suspicion{};
     Clock::time_point begin = Clock::now();
@@ -37,6 +43,10 @@ struct Run {
     [[nodiscard]] bool has_derivatives() const { return resident.backend().info().has_derivatives; }
     [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 };
+
+/// sum += more.
+void add(SessionTiming& sum, const SessionTiming& more);
+void add(SessionCounters& sum, const SessionCounters& more);
 
 /// Before every batch. Throws RunStopped where the caller asks for it or the time is over.
 void stop_if_asked(const Run& run);

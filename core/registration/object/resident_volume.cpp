@@ -4,8 +4,14 @@
 #include <utility>
 
 #include "core/image/pyramid.h"
+#include "core/registration/object/continued.h"
 
 namespace raylign::detail {
+namespace {
+
+constexpr double kContinued_mm = 60;  // how far starts may be off
+
+}  // namespace
 
 ResidentVolume::ResidentVolume(const Volume& volume, const RenderSettings& render, Backend& backend)
     : volume_(volume), render_(render), backend_(backend) {
@@ -13,6 +19,7 @@ ResidentVolume::ResidentVolume(const Volume& volume, const RenderSettings& rende
     check_render(render, volume.grid);
     extent_ = object_extent(volume);
     sample_ = sample_object(volume);
+    cut_faces_ = detail::cut_faces(volume);
 }
 
 const Volume& ResidentVolume::halved(int halvings) {
@@ -22,13 +29,29 @@ const Volume& ResidentVolume::halved(int halvings) {
     return halved_.emplace(halvings, half_resolution(halved(halvings - 1))).first->second;
 }
 
+const Volume& ResidentVolume::continued(int halvings) {
+    const auto found = continued_.find(halvings);
+    if (found != continued_.end()) return found->second;
+    return continued_.emplace(halvings, detail::continued(halved(halvings), cut_faces_, kContinued_mm)).first->second;
+}
+
 std::unique_ptr<Session> ResidentVolume::session(int halvings, std::span<const View> views,
                                                  const Similarity& similarity) {
-    std::unique_ptr<Session>& resident = resident_[halvings];
+    return session_of(resident_[halvings], halved(halvings), halvings, views, similarity);
+}
+
+std::unique_ptr<Session> ResidentVolume::continued_session(int halvings, std::span<const View> views,
+                                                           const Similarity& similarity) {
+    return session_of(resident_continued_[halvings], continued(halvings), halvings, views, similarity);
+}
+
+std::unique_ptr<Session> ResidentVolume::session_of(std::unique_ptr<Session>& resident, const Volume& volume,
+                                                    int halvings, std::span<const View> views,
+                                                    const Similarity& similarity) {
     if (!resident) {
         std::vector<View> without_images(views.begin(), views.end());
         for (View& view : without_images) view.image = view.weights = {};  // it only holds the volume
-        resident = backend_.prepare({halved(halvings), without_images, render_of(halvings), similarity});
+        resident = backend_.prepare({volume, without_images, render_of(halvings), similarity});
         prepare_s_ += resident->timing().prepare_s;
     }
     return resident->with_views(views, similarity);

@@ -34,7 +34,7 @@ std::vector<LevelPlan> plan_run(Run& run, Content content) {
 
 void coarse_to_fine(Run& run, Content content, const std::vector<LevelPlan>& levels,
                     const std::function<std::optional<Focus>()>& focus,
-                    const std::function<bool(Level&, const LevelPlace&)>& step) {
+                    const std::function<Next(Level&, const LevelPlace&)>& step) {
     std::unique_ptr<Level> level, coarser;
     const auto close_all = [&] {
         if (coarser) coarser->close();
@@ -43,10 +43,11 @@ void coarse_to_fine(Run& run, Content content, const std::vector<LevelPlan>& lev
     try {
         for (std::size_t i = 0; i < levels.size(); ++i) {
             level = std::make_unique<Level>(run, levels[i], content, focus());
-            const LevelPlace place{i == 0, i + 1 == levels.size(), coarser.get()};
-            const bool goes_on = step(*level, place);
+            const LevelPlace place{i == 0, i + 2 == levels.size(), i + 1 == levels.size(), coarser.get()};
+            const Next next = step(*level, place);
             run.done_work += level_work(levels[i]);
-            if (!goes_on) break;
+            if (next == Next::finely) finish_finely(run, levels[i], levels[i + 1]);
+            if (next != Next::finer) break;
             if (place.is_last) finish_as_it_needs(run, *level, coarser.get());
             if (coarser) coarser->close();
             coarser = std::move(level);

@@ -17,16 +17,21 @@ namespace raylign::detail {
 
 /// Where in the pyramid a level stands.
 struct LevelPlace {
-    bool is_first = false, is_last = false;
+    bool is_first = false, is_last_but_one = false, is_last = false;
     Level* coarser = nullptr;  ///< the level before, still open; none on the first
 };
 
 /// Goes through the levels, coarsest first: on each, `focus` says where its images are cut to (nothing: not at all),
-/// and `step` moves the result; it returns false where finer levels are of no use. After the last level's step the
-/// result is finished on it (finish.h). Two levels are open at a time: the expected error is taken from the coarser
-/// one.
+/// and `step` moves the result and says how to go on. The result is finished (finish.h) on the last level, or, where
+/// the step asks for it, with a fine filter from there on. Two levels are open at a time: the expected error is taken
+/// from the coarser one.
+enum class Next {
+    finer,   ///< the next level, or the finish after the last
+    finely,  ///< the level before the last: the last as finish_finely does it
+    end,     ///< finer levels are of no use
+};
 void coarse_to_fine(Run& run, Content content, const std::vector<LevelPlan>& levels,
                     const std::function<std::optional<Focus>()>& focus,
-                    const std::function<bool(Level&, const LevelPlace&)>& step);
+                    const std::function<Next(Level&, const LevelPlace&)>& step);
 
 }  // namespace raylign::detail

@@ -6,12 +6,16 @@
 
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
-#include "core/registration/strategy/part_weights.h"
+#include "core/registration/strategy/domain.h"
+#include "core/registration/strategy/finish.h"
 
 namespace raylign::detail {
 namespace {
 
-constexpr double kInitialStep_px = 2;  // on the coarsest level; finer ones start where the coarser one ended
+constexpr double kAsWellExplained = 0.15;  // of cost: what lies beyond a cut has 0.4 and more, 1 where it is unrelated
+constexpr double kWellExplained = 0.05;    // cost on the coarsest level: nothing is missing
+constexpr double kClearlyBetter = 0.5;     // times the cost: metal over the object brings less, a cut CT 0.03 to 0.4
+constexpr double kInitialStep_px = 2;      // on the coarsest level; finer ones start where the coarser one ended
 
 /// Begins a level with the coarser level's result, unless the start costs less here (a coarse level may have gone
 /// astray).
@@ -23,6 +27,32 @@ void take_the_better_start(Run& run, Level& level, const LevelPlace& place) {
     report.restarted = !place.is_first && costs[1] < costs[0];
     if (report.restarted) run.result.world_from_ct = run.start;
     report.cost_initial = costs[report.restarted ? 1 : 0];
+}
+
+/// The X-ray ends where the CT does where the DRR explains what lies beyond the cut about as well as the rest.
+bool ends_there(const CutCosts& costs) { return costs.beyond < costs.within + kAsWellExplained; }
+
+/// On the coarsest level of a whole with cut sides: the descent has taken for granted that the X-ray ends where the CT
+/// does. Where that explains it well, so it is. Else the start is descended from once more with the CT continued and
+/// without what its cut sides hide, and that way is gone on with where it explains its own pixels clearly better.
+LevelOutcome settle_the_cut(Run& run, Level& level, const LevelPlace& place, const LevelOutcome& whole,
+                            double step_mm) {
+    const CutCosts unknown{whole.cost, whole.cost};
+    const CutCosts costs = costs_about_the_cut(run, level, whole.world_from_ct).value_or(unknown);
+    run.shows_the_cut = !level.may_continue() || (whole.cost < kWellExplained && ends_there(costs));
+    if (*run.shows_the_cut) return whole;
+    level.go_beyond_the_cut(true);
+    weigh_whole(run, level, run.start);
+    const LevelOutcome more = level.optimize(run.start, place.is_last, step_mm);
+    run.shows_the_cut = ends_there(costs) && more.cost > kClearlyBetter * costs.within;
+    if (!*run.shows_the_cut) {
+        run.result.decisions.push_back("the X-ray shows more than the CT: what its cut sides hide is left out");
+        return more;
+    }
+    level.go_beyond_the_cut(false);
+    run.result.world_from_ct = whole.world_from_ct;
+    level.report().cost_final = whole.cost;
+    return whole;
 }
 
 /// True where the coarsest level of several already shows that a whole is a part.
@@ -43,17 +73,25 @@ void descend(Run& run, Content content, StartCheck check) {
     };
     coarse_to_fine(run, content, levels, around_the_result, [&](Level& level, const LevelPlace& place) {
         if (place.is_first && check == StartCheck::overlap) level.check_overlap();
-        if (content == Content::part) weigh_part(level, result.world_from_ct);
+        if (content == Content::part) weigh_part(run, level, result.world_from_ct);
+        if (content == Content::whole) weigh_whole(run, level, result.world_from_ct);
         take_the_better_start(run, level, place);
-        const LevelOutcome found = level.optimize(result.world_from_ct, place.is_last, step_mm);
+        LevelOutcome found = level.optimize(result.world_from_ct, place.is_last, step_mm);
+        if (content == Content::whole && place.is_first && !run.shows_the_cut) {
+            found = settle_the_cut(run, level, place, found, step_mm);
+        }
         const double pixel_mm = level.plan().pixel_at_object_mm;
         step_mm = std::clamp(found.last_step_mm, pixel_mm / 8, kInitialStep_px * pixel_mm);
         result.cost_final = found.cost;
         if (found.termination == Termination::non_finite_cost) {
             result.cost_final = std::numeric_limits<double>::quiet_NaN();
-            return false;
+            return Next::end;
         }
-        return !is_hopeless(run, place, found.cost);
+        if (is_hopeless(run, place, found.cost)) return Next::end;
+        // The coarsest level only finds the place: of a short pyramid, weights must settle on the last.
+        if (place.is_first || !place.is_last_but_one || !wants_fine_finish(run, level)) return Next::finer;
+        explained_on(run, level);
+        return Next::finely;
     });
 }
 

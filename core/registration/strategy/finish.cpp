@@ -3,28 +3,32 @@
 #include "core/registration/level/pixel_weights.h"
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
+#include "core/registration/strategy/domain.h"
 #include "core/registration/trust/confidence.h"
+#include "core/registration/trust/model_error.h"
 #include "core/registration/trust/view_agreement.h"
 
 namespace raylign::detail {
 namespace {
 
-constexpr double kRobustFrom_cost = 0.005;  // below, noise is all that is left: weights would only cost time
 constexpr int kRobustRounds = 3;
 constexpr double kRobustSettled_px = 0.02;  // a renewal that moves the object's rim less is the last
 
-void make_robust(Run& run, Level& level) {
-    if (!wants_robust_weights(run, level)) return;
+/// Robust weights, renewed until they settle. All but the last search need not end exactly: the next renewal moves its
+/// end anyway.
+void make_robust(Run& run, Level& level, bool finest) {
     RegistrationResult& result = run.result;
     const double pixel_mm = level.plan().pixel_at_object_mm;
     PixelWeights weights(level.session());
-    for (int round = 0; round < kRobustRounds; ++round) {
+    for (int round = 1; round <= kRobustRounds; ++round) {
         const RigidTransform before = result.world_from_ct;
         weights.reweight(before);
         ++result.robust_rounds;
-        level.optimize(before, true, pixel_mm);
-        if (apart_mm(before, result.world_from_ct, run.extent) < kRobustSettled_px * pixel_mm) break;
+        level.optimize(before, false, pixel_mm);
+        const bool settled = apart_mm(before, result.world_from_ct, run.extent) < kRobustSettled_px * pixel_mm;
+        if (settled || round == kRobustRounds) break;
     }
+    if (finest) level.optimize(result.world_from_ct, true, pixel_mm);
 }
 
 std::vector<double> costs_of_views(Session& session, const RigidTransform& world_from_ct) {
@@ -37,55 +41,108 @@ std::vector<double> costs_of_views(Session& session, const RigidTransform& world
     return costs;
 }
 
+}  // namespace
+
+void explained_on(Run& run, Level& level) {
+    run.explained_cost = level.report().cost_final;
+    run.explained_view_costs = costs_of_views(level.session(), run.result.world_from_ct);
+}
+
+namespace {
+
 /// What each view would like its camera to be, against the others.
 void compare(Run& run, Level& level, const EvidenceScale& scale) {
     RegistrationResult& result = run.result;
     if (!run.options.compare_views || run.views.size() < 2) return;
+    if (result.content == Content::part) return;  // other tissue pulls each view its own way
     const LevelProblem problem = level.problem(result.world_from_ct, true);
-    const std::vector<ViewCorrection> corrections = compare_views(problem, result.world_from_ct, scale);
+    const std::vector<double> costs = costs_of_views(level.session(), result.world_from_ct);
+    const std::vector<ViewCorrection> corrections =
+        compare_views(problem, result.world_from_ct, scale, model_shifts_of_views(level, result.world_from_ct, costs));
     for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
+}
+
+/// The only view's line of sight to the object, in world.
+Eigen::Vector3d depth_axis(const Run& run) {
+    const Eigen::Vector3d centre_mm = run.result.world_from_ct * run.extent.centre_ct_mm;
+    return (centre_mm - source_world_mm(run.views.front().geometry)).normalized();
 }
 
 /// What the finest level owes once its minimum is found: robust weights, costs, expected error.
 void finish(Run& run, Level& level, Level* coarser) {
     RegistrationResult& result = run.result;
-    make_robust(run, level);
+    const bool is_robust = wants_robust_weights(run, level);
+    if (is_robust) make_robust(run, level, true);
     result.cost_initial = level.cost(run.start);
-    result.view_costs = costs_of_views(level.session(), result.world_from_ct);
-    result.cost_final = level.report().cost_final = level.cost(result.world_from_ct);
+    result.fine_view_costs = costs_of_views(level.session(), result.world_from_ct);
+    // Noise alone raises the cost of a fine filter. A part is judged by the weights that tell it from its surroundings.
+    const bool is_whole = result.content == Content::whole;
+    result.view_costs = is_whole ? run.explained_view_costs : result.fine_view_costs;
+    result.cost_final = level.report().cost_final;
     if (result.method != Method::gauss_newton) return;
     const double calibration = wants_robust_weights(run, level) ? kCalibration_mismatch : kCalibration_explained;
     Level& used = coarser ? *coarser : level;
     result.confidence = jackknife(used.problem(result.world_from_ct, false), result.world_from_ct, calibration);
     compare(run, used, evidence_scale(calibration, level.plan().pixel_at_object_mm));
+    add_model_error(result.confidence, model_shifts(level, result.world_from_ct, result.cost_final),
+                    run.extent.radius_mm);
+    if (run.views.size() == 1) split_by_depth(result.confidence, depth_axis(run));
+}
+
+void decide_fine_finish(Run& run, double cost) {
+    run.result.decisions.push_back(
+        "finished with a fine filter and evened-out gradients: the DRR leaves a part of the X-ray unexplained (cost " +
+        std::to_string(cost) + ")");
+}
+
+/// From the result on a level of its own, evenly weighted.
+void refine_finely(Run& run, Level& fine, bool is_last) {
+    weigh_whole_evenly(run, fine, run.result.world_from_ct);
+    fine.report().cost_initial = fine.cost(run.result.world_from_ct);
+    fine.optimize(run.result.world_from_ct, false, fine.plan().pixel_at_object_mm);
+    if (!is_last) make_robust(run, fine, false);
+}
+
+LevelPlan finely_filtered(const Run& run, LevelPlan plan) {
+    plan.filter = fine_filter(run);
+    return plan;
 }
 
 }  // namespace
 
-bool wants_robust_weights(const Run& run, Level& level) {
+bool wants_robust_weights(const Run& run, const Level& level) {
     return run.options.robust && run.result.method == Method::gauss_newton &&
            level.report().cost_final >= kRobustFrom_cost;
 }
 
+bool wants_fine_finish(const Run& run, const Level& level) {
+    return run.result.content == Content::whole && run.options.similarity.metric == Metric::gc &&
+           wants_robust_weights(run, level);
+}
+
 void finish_as_it_needs(Run& run, Level& level, Level* coarser) {
-    RegistrationResult& result = run.result;
-    run.explained_cost = level.report().cost_final;
-    const bool explains_all = result.content == Content::part || !wants_robust_weights(run, level);
-    if (explains_all || run.options.similarity.metric != Metric::gc) {
+    explained_on(run, level);
+    if (!wants_fine_finish(run, level)) {
         finish(run, level, coarser);
         return;
     }
-    result.decisions.push_back(
-        "finished with a fine filter and evened-out gradients: the DRR leaves a part of the X-ray unexplained (cost " +
-        std::to_string(level.report().cost_final) + ")");
-    LevelPlan plan = level.plan();
-    plan.filter = fine_filter(run);
+    decide_fine_finish(run, *run.explained_cost);
     ++run.level_count;
-    on_level(run, plan, result.content, {}, [&](Level& fine) {
-        fine.session().set_weights(local_normalisation(fine.session(), kNormalisation_mm / plan.pixel_at_object_mm));
-        fine.report().cost_initial = fine.cost(result.world_from_ct);
-        fine.optimize(result.world_from_ct, true, plan.pixel_at_object_mm);
+    on_level(run, finely_filtered(run, level.plan()), run.result.content, {}, [&](Level& fine) {
+        refine_finely(run, fine, true);
         finish(run, fine, nullptr);
+    });
+}
+
+void finish_finely(Run& run, const LevelPlan& coarser, const LevelPlan& last) {
+    decide_fine_finish(run, run.explained_cost.value_or(run.result.cost_final));
+    ++run.level_count;
+    on_level(run, finely_filtered(run, coarser), run.result.content, {}, [&](Level& settling) {
+        refine_finely(run, settling, false);
+        on_level(run, finely_filtered(run, last), run.result.content, {}, [&](Level& fine) {
+            refine_finely(run, fine, true);
+            finish(run, fine, &settling);
+        });
     });
 }
 

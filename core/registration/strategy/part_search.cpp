@@ -9,7 +9,7 @@
 #include "core/registration/policy.h"
 #include "core/registration/strategy/candidates.h"
 #include "core/registration/strategy/coarse_to_fine.h"
-#include "core/registration/strategy/part_weights.h"
+#include "core/registration/strategy/domain.h"
 #include "core/registration/strategy/template_search.h"
 
 namespace raylign::detail {
@@ -143,12 +143,12 @@ void search_part(Run& run, Search mode) {
         keep_best(candidates, first ? kFewerParts : kPartFinalists, kHopelessMargin);
         result.world_from_ct = candidates.front().world_from_ct;
         result.cost_final = level.report().cost_final = candidates.front().cost;
-        if (!place.is_last) return true;
+        if (!place.is_last) return Next::finer;
         report_rivals(run, candidates, pixel_mm);
-        if (place.coarser) weigh_part(*place.coarser, result.world_from_ct);
-        weigh_part(level, result.world_from_ct);
+        if (place.coarser) weigh_part(run, *place.coarser, result.world_from_ct);
+        weigh_part(run, level, result.world_from_ct);
         level.optimize(result.world_from_ct, true, pixel_mm);
-        return true;
+        return Next::finer;
     });
 }
 

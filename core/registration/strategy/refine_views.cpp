@@ -8,9 +8,9 @@
 #include "core/registration/level/pixel_weights.h"
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
+#include "core/registration/strategy/domain.h"
 #include "core/registration/strategy/finish.h"
 #include "core/registration/strategy/joint_views.h"
-#include "core/registration/strategy/part_weights.h"
 #include "core/registration/trust/confidence.h"
 #include "core/registration/trust/view_agreement.h"
 
@@ -109,10 +109,8 @@ struct JointOutcome {
 bool solve_stage(Run& run, const Stage& stage, Level& level, const CameraFreedom& freedom,
                  const Eigen::Vector3d& centre_world_mm, JointOutcome& outcome) {
     const double pixel_mm = stage.plan.pixel_at_object_mm, finest_pixel_mm = stage.finest_pixel_mm;
-    if (level.report().content == Content::part) weigh_part(level, outcome.pose.world_from_ct);
-    if (stage.is_even) {
-        level.session().set_weights(local_normalisation(level.session(), kNormalisation_mm / pixel_mm));
-    }
+    if (level.report().content == Content::part) weigh_part(run, level, outcome.pose.world_from_ct);
+    if (stage.is_even) weigh_whole_evenly(run, level, outcome.pose.world_from_ct);
     JointProblem problem = joint_problem(run, level, freedom, outcome.pose, centre_world_mm);
     std::vector<PixelWeights> weights;
     for (JointView& view : problem.views) weights.emplace_back(*view.session);
@@ -215,7 +213,12 @@ void look_closer(const Run& run, RegistrationResult& result) {
     closer.result.method = result.method;
     const std::optional<RefinedViews> refined = refine_views(closer, result, freedom);
     add_work(result, closer.result);
-    if (refined) result.views[*suspect].correction = refined->corrections[*suspect];
+    if (!refined) return;
+    // One step from the pose is judged with all that moves edges; what is found with the camera free, by its size.
+    ViewCorrection& correction = result.views[*suspect].correction;
+    const double significance = correction.significance;
+    correction = refined->corrections[*suspect];
+    correction.significance = std::min(correction.significance, significance);
 }
 
 void add_work(RegistrationResult& sum, const RegistrationResult& other) {

@@ -6,6 +6,7 @@
 #include "core/registration/strategy/descent.h"
 #include "core/registration/strategy/part_search.h"
 #include "core/registration/strategy/reversed_contrast.h"
+#include "core/registration/strategy/rivals.h"
 #include "core/registration/strategy/whole_search.h"
 
 namespace raylign::detail {
@@ -28,20 +29,6 @@ Search search_for(const Run& run, Content content) {
     return content == Content::part && run.has_derivatives() ? Search::near : Search::none;
 }
 
-void find_pose_as(Run& run, Content content, StartCheck check) {
-    const Search search = search_for(run, content);
-    run.result.content = content;
-    if (search == Search::none) {
-        descend(run, content, check);
-    } else if (content == Content::whole) {
-        search_whole(run, search, check);
-    } else {
-        search_part(run, search);
-    }
-}
-
-double unexplained(const Run& run) { return run.explained_cost.value_or(run.result.cost_final); }
-
 /// The result is `whole` again; what the backend did since counts.
 void go_back_to(Run& run, const RegistrationResult& whole, const std::string& decision) {
     const SessionTiming timing = run.result.timing;
@@ -49,7 +36,58 @@ void go_back_to(Run& run, const RegistrationResult& whole, const std::string& de
     run.result = whole;
     run.result.timing = timing;
     run.result.counters = counters;
-    run.result.decisions.push_back(decision);
+    if (!decision.empty()) run.result.decisions.push_back(decision);
+}
+
+double unexplained(const Run& run) { return run.explained_cost.value_or(run.result.cost_final); }
+
+/// Looks around what a descent found, and goes on from there where another pose explains the X-rays better. A stop
+/// leaves the result that was there.
+void look_around(Run& run) {
+    if (!run.options.look_around || run.result.method != Method::gauss_newton || !run.explained_cost ||
+        *run.explained_cost >= kWeakCost)
+        return;
+    const double found_cost = *run.explained_cost;
+    const std::vector<double> found_view_costs = run.explained_view_costs;
+    RegistrationResult found = run.result;
+    const auto back_to_found = [&](const std::string& decision) {
+        go_back_to(run, found, decision);
+        run.explained_cost = found_cost;
+        run.explained_view_costs = found_view_costs;
+    };
+    try {
+        const std::optional<RigidTransform> better = look_for_rivals(run);
+        if (!better) return;
+        found.search = run.result.search;
+        run.result.decisions.emplace_back(
+            "went on from another pose that explains the X-rays better on a coarse level");
+        run.result.world_from_ct = *better;
+        run.explained_cost.reset();
+        run.shows_the_cut.reset();
+        descend(run, Content::whole, StartCheck::none);
+        if (run.explained_cost && *run.explained_cost < found_cost) {
+            (void)look_for_rivals(run);
+            return;
+        }
+        std::erase_if(found.search.rivals, [&](const Rival& rival) { return rival.cost < found.search.cost; });
+        back_to_found(
+            "another pose that explains the X-rays better on a coarse level explains them worse on finer ones");
+    } catch (const RunStopped&) {
+        back_to_found("");
+    }
+}
+
+void find_pose_as(Run& run, Content content, StartCheck check) {
+    const Search search = search_for(run, content);
+    run.result.content = content;
+    if (search == Search::none) {
+        descend(run, content, check);
+        if (content == Content::whole) look_around(run);
+    } else if (content == Content::whole) {
+        search_whole(run, search, check);
+    } else {
+        search_part(run, search);
+    }
 }
 
 /// Second try, where the volume as a whole explains too little. Where that comes to no end, a finished whole stays.

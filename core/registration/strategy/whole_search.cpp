@@ -91,12 +91,12 @@ void search_whole(Run& run, Search mode, StartCheck check) {
         if (candidates.size() > kWholeFinalists) candidates.resize(kWholeFinalists);
         result.world_from_ct = candidates.front().world_from_ct;
         result.cost_final = level.report().cost_final = candidates.front().cost;
-        if (!place.is_last) return true;
+        if (!place.is_last) return Next::finer;
         candidates = ranked_robustly(run, level, std::move(candidates), problem);
         result.world_from_ct = candidates.front().world_from_ct;
         report_rivals(run, candidates, pixel_mm);
         level.optimize(result.world_from_ct, true, pixel_mm);
-        return true;
+        return Next::finer;
     });
 }
 

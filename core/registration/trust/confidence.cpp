@@ -76,6 +76,9 @@ void summarise(Confidence& confidence, double radius_mm) {
     const PrincipalAxes principal = principal_axes(translation);
     confidence.weakest_direction = principal.axes.col(2);
     confidence.weakest_mm = std::sqrt(std::max(principal.values[2], 0.0));
+    const PrincipalAxes turns = principal_axes(rotation);
+    confidence.weakest_axis = turns.axes.col(2);
+    confidence.weakest_deg = std::sqrt(std::max(turns.values[2], 0.0)) * 180 / std::numbers::pi;
 }
 
 Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct, double calibration) {
@@ -102,6 +105,22 @@ Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_fr
     confidence.covariance = calibration * calibration * (kGroups - 1.0) / kGroups * deviations * deviations.transpose();
     summarise(confidence, problem.extent.radius_mm);
     return confidence;
+}
+
+void split_by_depth(Confidence& confidence, const Eigen::Vector3d& depth_axis) {
+    if (!confidence.is_estimated) return;
+    const Eigen::Matrix3d translation = confidence.covariance.bottomRightCorner<3, 3>();
+    const double depth2 = std::max(0.0, depth_axis.dot(translation * depth_axis));
+    confidence.in_depth_mm = std::sqrt(depth2);
+    confidence.in_plane_mm = std::sqrt(std::max(0.0, confidence.rim_mm * confidence.rim_mm - depth2));
+}
+
+void add_model_error(Confidence& confidence, std::span<const ModelShift> shifts, double radius_mm) {
+    if (!confidence.is_estimated) return;
+    for (const ModelShift& shift : shifts) {
+        confidence.covariance += kModelCalibration * kModelCalibration * shift.twist * shift.twist.transpose();
+    }
+    summarise(confidence, radius_mm);
 }
 
 }  // namespace raylign::detail

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <span>
+
 #include "core/registration/level/methods.h"
+#include "core/registration/trust/model_error.h"
 #include "raylign/result.h"
 
 namespace raylign::detail {
@@ -21,6 +24,15 @@ namespace raylign::detail {
 void summarise(Confidence& confidence, double radius_mm);
 
 inline constexpr double kCalibration_explained = 1;   ///< noise is all that is left
-inline constexpr double kCalibration_mismatch = 2.2;  ///< structures that bias all groups alike: scatter, other tissue
+inline constexpr double kCalibration_mismatch = 1.2;  ///< structures that bias all groups alike: other tissue, metal
+
+inline constexpr double kModelCalibration = 1.3;
+
+/// Adds what biases all groups alike: covariance += k^2 sum over shifts of twist twist^T, k = kModelCalibration, fitted
+/// on trials. Nothing where there is no estimate.
+void add_model_error(Confidence& confidence, std::span<const ModelShift> shifts, double radius_mm);
+
+/// For one view: what the estimate comes to along its line of sight (unit, in world) and without that.
+void split_by_depth(Confidence& confidence, const Eigen::Vector3d& depth_axis);
 
 }  // namespace raylign::detail

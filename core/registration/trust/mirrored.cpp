@@ -1,11 +1,12 @@
 #include "core/registration/trust/mirrored.h"
 
 #include <algorithm>
+#include <ranges>
 #include <vector>
 
 #include "core/base/number_text.h"
 #include "core/base/text.h"
-#include "core/registration/policy.h"
+#include "core/registration/trust/verdict.h"
 
 namespace raylign::detail {
 namespace {
@@ -39,7 +40,8 @@ View with_columns_reversed(View view) {
 std::optional<std::string> mirror_suspicion(std::span<const View> views, const RegistrationResult& found,
                                             const CostOfViews& cost_of) {
     if (views.size() > kMostViews) return std::nullopt;
-    if (std::ranges::none_of(found.view_costs, [](double cost) { return !(cost < kWeakCost); })) return std::nullopt;
+    const auto is_weak = [&](std::size_t view) { return is_weakly_explained(found, view); };
+    if (std::ranges::none_of(std::views::iota(std::size_t{0}, found.view_costs.size()), is_weak)) return std::nullopt;
     double best_cost = found.cost_final - kFarBetter;
     unsigned best = 0;
     for (unsigned subset = 1; subset < 1U << views.size(); ++subset) {

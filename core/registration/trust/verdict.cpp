@@ -1,9 +1,12 @@
 #include "core/registration/trust/verdict.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include "core/base/number_text.h"
+#include "core/base/text.h"
 #include "core/registration/policy.h"
 #include "core/registration/trust/view_agreement.h"
 
@@ -17,10 +20,21 @@ constexpr double kOpposite = 1.2;         // worse than unrelated
 constexpr double kTestedShift_mm = 60;    // how far starts without a search have been tested
 constexpr double kTestedTurn_rad = 0.8;   // 45 degrees
 constexpr double kRivalMargin = 0.015;    // of cost: the gap that noise can close
+/// Around a result that explains nearly all, a rival that leaves twice as much is none, but for what noise closes.
+constexpr double kRivalShare = 0.5, kRivalMargin_least = 0.002;
 /// After a search everywhere: of so many places two fit alike by chance, and right poses have led by 0.13 and more.
 constexpr double kRivalMargin_global = 0.05;
 constexpr double kLeastOverlap_whole = 0.1;  // a CT may be much larger than the X-ray's field
-constexpr double kLargestRim_mm = 1.5;       // an expected error above this is not a registration
+constexpr double kLargestRim_mm = 1.5;       // an expected error above this is not a registration; of one view in plane
+constexpr double kLargestRim_voxels = 0.5;   // of a coarse CT
+constexpr std::string_view kUnsure = "the pose is poorly determined: ";
+// A view of a whole whose wide edges are explained no better than this, and its fine ones, noise and all, not better
+// than that: right poses of X-rays with scatter, noise and metal had at most 0.31 with less than 0.6, or 0.6 with 0.07.
+constexpr double kHalfExplained = 0.25, kFineEdgesLost = 0.6;
+// Of a whole that a descent found, weak signs: two of them are a doubt (bench/README.md, "Verdict").
+constexpr double kPoorCost = 0.35;  // of a view
+constexpr int kPoorAgreement = 1;   // of at least
+constexpr int kLeastLooked = 5;     // starts around the result, so many or fewer ended there
 
 void doubt_the_end(const RegistrationResult& result, std::vector<std::string>& reasons) {
     if (result.levels.empty()) return;
@@ -45,7 +59,12 @@ double weak_cost(const RegistrationResult& result, std::size_t view) {
 void doubt_weak_views(const RegistrationResult& result, std::span<const View> views,
                       std::vector<std::string>& reasons) {
     for (std::size_t v = 0; v < result.view_costs.size(); ++v) {
-        if (result.view_costs[v] < weak_cost(result, v)) continue;
+        if (!is_weakly_explained(result, v)) continue;
+        if (result.view_costs[v] < weak_cost(result, v)) {
+            reasons.push_back("view " + views[v].name + " is explained poorly (cost " + fixed(result.view_costs[v], 2) +
+                              "), its fine edges hardly (cost " + fixed(result.fine_view_costs[v], 2) + ")");
+            continue;
+        }
         std::string reason = "view " + views[v].name + " correlates weakly with its DRR (cost " +
                              fixed(result.view_costs[v], 2) + ", unrelated images have about 1)";
         if (result.view_costs[v] > kOpposite) reason += ": its contrast may be reversed (\"polarity\" in views.json)";
@@ -75,26 +94,54 @@ void doubt_little_overlap(const RegistrationResult& result, std::span<const View
     }
 }
 
-void doubt_far_ends(const RegistrationResult& result, const RigidTransform& start, const ObjectExtent& extent,
-                    std::vector<std::string>& reasons) {
-    if (result.search.mode != Search::none) return;  // a search has looked around
+std::string far_from_start(const RegistrationResult& result, const RigidTransform& start, const ObjectExtent& extent) {
     const RigidTransform moved = result.world_from_ct * inverse(start);
     const Eigen::Vector3d centre_mm = start * extent.centre_ct_mm;
     const double shift_mm = (moved * centre_mm - centre_mm).norm(), turn_rad = rotation_angle_rad(moved);
-    if (shift_mm <= kTestedShift_mm && turn_rad <= kTestedTurn_rad) return;
-    reasons.push_back("the result is far from the start (" + fixed(shift_mm, 1) + " mm, " +
-                      fixed(turn_rad * 180 / std::numbers::pi, 1) +
-                      " deg): beyond the range in which the method has been tested");
+    if (shift_mm <= kTestedShift_mm && turn_rad <= kTestedTurn_rad) return {};
+    return "the result is far from the start (" + fixed(shift_mm, 1) + " mm, " +
+           fixed(turn_rad * 180 / std::numbers::pi, 1) + " deg): beyond the range in which the method has been tested";
+}
+
+std::string poorly_explained(const RegistrationResult& result, std::span<const View> views) {
+    for (std::size_t v = 0; v < result.view_costs.size(); ++v) {
+        if (result.view_costs[v] < kPoorCost) continue;
+        return "view " + views[v].name + " is explained poorly (cost " + fixed(result.view_costs[v], 2) + ")";
+    }
+    return {};
+}
+
+std::string hardly_agreed(const RegistrationResult& result) {
+    const SearchReport& around = result.search;
+    if (around.refined < kLeastLooked || around.agreeing > kPoorAgreement) return {};
+    return "of " + std::to_string(around.refined) + " starts around the result hardly one ended there";
+}
+
+/// Signs that each say little: two of them are a doubt. Where nobody has looked around, a far end alone is one.
+void doubt_by_weak_signs(const RegistrationResult& result, std::span<const View> views, const RigidTransform& start,
+                         const ObjectExtent& extent, std::vector<std::string>& reasons) {
+    if (result.search.mode != Search::none) return;  // a search has looked around
+    std::vector<std::string> signs{far_from_start(result, start, extent)};
+    const bool looked_around = result.content == Content::whole && result.search.refined > 0;
+    if (looked_around) {
+        signs.push_back(poorly_explained(result, views));
+        signs.push_back(hardly_agreed(result));
+    }
+    std::erase(signs, std::string());
+    if (signs.size() >= (looked_around ? 2U : 1U)) reasons.push_back(joined(signs, "; "));
 }
 
 void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& reasons) {
-    if (result.search.agreeing == 1) {  // 0: time was up before they were compared
+    const bool searched = result.search.mode != Search::none;
+    if (searched && result.search.agreeing == 1) {  // 0: time was up before they were compared
         // A minimum that one start found is as likely a chance one.
         reasons.push_back("only one of " + std::to_string(result.search.refined) + " refined starts ended here");
     }
     const bool anywhere = result.search.mode == Search::global && result.content == Content::part;
+    const double margin =
+        searched ? kRivalMargin : std::clamp(kRivalShare * result.search.cost, kRivalMargin_least, kRivalMargin);
     for (const Rival& rival : result.search.rivals) {
-        if (rival.cost - result.search.cost > (anywhere ? kRivalMargin_global : kRivalMargin)) continue;
+        if (rival.cost - result.search.cost > (anywhere ? kRivalMargin_global : margin)) continue;
         reasons.push_back("a rival explains the X-rays nearly as well: " + fixed(rival.shift_mm, 1) + " mm and " +
                           fixed(rival.rotation_deg, 1) + " deg away, cost " + fixed(rival.cost, 4) + " against " +
                           fixed(result.search.cost, 4));
@@ -103,23 +150,38 @@ void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& re
 
 }  // namespace
 
+bool is_weakly_explained(const RegistrationResult& result, std::size_t view) {
+    const double cost = result.view_costs[view];
+    if (!(cost < weak_cost(result, view))) return true;
+    if (result.content != Content::whole || view >= result.fine_view_costs.size()) return false;
+    return cost >= kHalfExplained && !(result.fine_view_costs[view] < kFineEdgesLost);
+}
+
 std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
                                 const RigidTransform& start, const ObjectExtent& extent) {
     std::vector<std::string> reasons;
     doubt_the_end(result, reasons);
     doubt_weak_views(result, views, reasons);
     doubt_little_overlap(result, views, reasons);
-    doubt_far_ends(result, start, extent, reasons);
+    doubt_by_weak_signs(result, views, start, extent, reasons);
     doubt_beyond_range(result, start, extent, reasons);
     doubt_rivals(result, reasons);
     doubt_disagreeing_views(result, views, reasons);
     if (result.method == Method::gauss_newton && std::isfinite(result.cost_initial) && !result.confidence.is_estimated)
         reasons.push_back("the expected error could not be estimated: few pixels hold all that was compared");
-    if (!(result.confidence.rim_mm <= kLargestRim_mm)) {
-        reasons.push_back("the pose is poorly determined: expected error " + fixed(result.confidence.rim_mm, 1) +
-                          " mm");
+    const Confidence& confidence = result.confidence;
+    const bool one_view = confidence.in_depth_mm > 0;
+    const double error_mm = one_view ? confidence.in_plane_mm : confidence.rim_mm;
+    const double voxel_mm = result.levels.empty() ? 0 : result.levels.back().spacing_mm.maxCoeff();
+    if (!(error_mm <= std::max(kLargestRim_mm, kLargestRim_voxels * voxel_mm))) {
+        reasons.push_back(std::string(kUnsure) + "expected error " + fixed(error_mm, 1) + " mm" +
+                          (one_view ? " in plane" : ""));
     }
     return reasons;
+}
+
+bool is_only_unsure(const RegistrationResult& result) {
+    return std::ranges::all_of(result.reasons, [](const std::string& reason) { return reason.starts_with(kUnsure); });
 }
 
 }  // namespace raylign::detail

@@ -15,4 +15,10 @@ namespace raylign::detail {
 [[nodiscard]] std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
                                               const RigidTransform& start, const ObjectExtent& extent);
 
+/// True where the DRR leaves so much of a view unexplained that the pose, or the image, must be wrong.
+[[nodiscard]] bool is_weakly_explained(const RegistrationResult& result, std::size_t view);
+
+/// True where nothing but a large expected error is wrong: then it is told.
+[[nodiscard]] bool is_only_unsure(const RegistrationResult& result);
+
 }  // namespace raylign::detail

@@ -17,12 +17,20 @@ constexpr int kViewGroups = 16, kGroupBlocks = 8;
 constexpr double kShapeOfCurvature = 0.5;  // share of the curvature's shape in a covariance
 constexpr double kWidePrior_deg = 5, kWidePrior_mm = 30;
 constexpr double kDegrees = 180 / std::numbers::pi;
-/// Of a pixel at the object: exact X-rays of the spine phantom against its voxels, both views right, put each view's
-/// own depth 3 mm off, as edges displaced by so much do.
-constexpr double kDisplaced_px = 0.07;
-// Bounds of the verdict, from trials with right cameras (bench/README.md, "Views that contradict each other"). One step
-// tells little of what is far off, so suspicion needs less.
-constexpr double kSuspected = 0.5, kSignificant = 2;
+/// Of a pixel at the object. Where nearly nothing is left unexplained, voxels and interpolation are all that can
+/// displace edges: exact X-rays of the spine phantom against its voxels, both views right, put each view's own depth 3
+/// mm off.
+constexpr double kDisplaced_px = 0.02, kDisplacedExplained_px = 0.07;
+/// Where scatter, metal or other contrast is left unexplained, from trials on X-rays with blur, scatter and hardening
+/// (bench/README.md, "Views that contradict each other"): right cameras had at most 0.8, one turned by a degree 0.6 to
+/// 1.6. Where nearly all is explained, one step tells little of what is far off, so suspicion needs less than doubt.
+struct Bounds {
+    double suspected, significant;
+};
+constexpr Bounds kMismatch{0.9, 0.9}, kExplained{0.5, 1.4};
+
+const Bounds& bounds_of(const RegistrationResult& result) { return result.robust_rounds > 0 ? kMismatch : kExplained; }
+
 constexpr double kLeastEffect_mm = 0.1;
 constexpr double kSuspectedEffect = 1, kDoubtfulEffect = 1.5;  // of the error that is expected anyway
 
@@ -165,7 +173,8 @@ bool matters(const ViewCorrection& correction, double least_mm) {
 }  // namespace
 
 EvidenceScale evidence_scale(double calibration, double pixel_at_object_mm) {
-    return {calibration, kDisplaced_px * pixel_at_object_mm};
+    const bool is_explained = calibration == kCalibration_explained;
+    return {calibration, (is_explained ? kDisplacedExplained_px : kDisplaced_px) * pixel_at_object_mm};
 }
 
 std::vector<ViewEvidence> view_evidence(Session& session, const RigidTransform& world_from_ct,
@@ -213,13 +222,18 @@ std::vector<ViewCorrection> view_corrections(std::span<const ViewEvidence> evide
 }
 
 std::vector<ViewCorrection> compare_views(const LevelProblem& problem, const RigidTransform& world_from_ct,
-                                          const EvidenceScale& scale) {
+                                          const EvidenceScale& scale,
+                                          std::span<const std::vector<ModelShift>> model_shifts) {
     Session& session = problem.session;
-    const std::vector<ViewEvidence> evidence =
+    std::vector<ViewEvidence> evidence =
         view_evidence(session, world_from_ct, problem.extent.centre_ct_mm, scale, problem.before_batch);
     std::vector<double> shares;
     for (std::size_t v = 0; v < evidence.size(); ++v) {
         shares.push_back(session.view_share(v));
+        if (!evidence[v].is_estimated) continue;
+        for (const ModelShift& shift : model_shifts[v]) {
+            evidence[v].covariance += std::pow(kModelCalibration, 2) * shift.twist * shift.twist.transpose();
+        }
     }
     std::vector<ViewCorrection> corrections = view_corrections(evidence, shares, problem.extent.radius_mm);
     for (ViewCorrection& correction : corrections) {
@@ -247,7 +261,7 @@ std::optional<std::size_t> suspected_view(const RegistrationResult& result) {
     std::optional<std::size_t> worst;
     for (std::size_t v = 0; v < result.views.size(); ++v) {
         const ViewCorrection& correction = result.views[v].correction;
-        if (!(correction.significance > kSuspected) ||
+        if (!(correction.significance > bounds_of(result).suspected) ||
             !matters(correction, kSuspectedEffect * result.confidence.rim_mm))
             continue;
         // Of two views either may be wrong: people trust the one named first.
@@ -263,8 +277,8 @@ void judge_views(RegistrationResult& result, double radius_mm) {
     const ViewCorrection* most = nullptr;
     for (ViewResult& view : result.views) {
         ViewCorrection& correction = view.correction;
-        correction.is_doubtful =
-            correction.significance > kSignificant && matters(correction, kDoubtfulEffect * expected_mm);
+        correction.is_doubtful = correction.significance > bounds_of(result).significant &&
+                                 matters(correction, kDoubtfulEffect * expected_mm);
         if (correction.is_doubtful && (!most || correction.effect_mm > most->effect_mm)) most = &correction;
     }
     if (!most || !result.confidence.is_estimated) return;

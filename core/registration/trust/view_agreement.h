@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/registration/level/methods.h"
+#include "core/registration/trust/model_error.h"
 #include "raylign/result.h"
 #include "raylign/view.h"
 
@@ -46,10 +47,10 @@ struct EvidenceScale {
 [[nodiscard]] std::vector<ViewCorrection> view_corrections(std::span<const ViewEvidence> evidence,
                                                            std::span<const double> shares, double radius_mm);
 
-/// Both for a finished pose.
+/// Both for a finished pose, each view's evidence widened by what a DRR does not model (model_error.h).
 [[nodiscard]] std::vector<ViewCorrection> compare_views(const LevelProblem& problem,
-                                                        const RigidTransform& world_from_ct,
-                                                        const EvidenceScale& scale);
+                                                        const RigidTransform& world_from_ct, const EvidenceScale& scale,
+                                                        std::span<const std::vector<ModelShift>> model_shifts);
 
 /// The correction as numbers: `twist` (rad, mm) with its covariance, and what it would make of the pose.
 [[nodiscard]] ViewCorrection correction_of(const Twist& twist, const Eigen::Matrix<double, 6, 6>& covariance,

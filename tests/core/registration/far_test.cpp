@@ -178,6 +178,17 @@ TEST(Confidence, GrowsWithNoiseAndKnowsTheWeakDirection) {
     EXPECT_GT(single.confidence.weakest_mm, 2 * b.confidence.weakest_mm);
 }
 
+TEST(Confidence, CoversTheBiasOfScatterThatADrrHasNot) {
+    SpineCase c(1e6);
+    const double ideal = c.mtre_mm(c.run(c.truth).world_from_ct);
+    for (View& view : c.views) view.image = with_scatter(view.image, 0.5, 8);
+    const RegistrationResult result = c.run(c.truth);
+    const double error_mm = c.mtre_mm(result.world_from_ct);
+    EXPECT_GT(error_mm, 1.5 * ideal) << "the bias is there";
+    EXPECT_LT(error_mm, 2 * result.confidence.rim_mm);
+    EXPECT_LT(result.confidence.rim_mm, 1.5) << "and it is not called hopeless";
+}
+
 TEST(Views, ThatLookAlongOneDirectionAreWarnedOf) {
     SpineCase c;
     EXPECT_TRUE(c.run(c.truth).decisions.empty());

@@ -82,9 +82,28 @@ TEST(Full, GivesTheExpectedErrorAndTheWeakestDirection) {
     result.confidence.rotation_deg = 0.0125;
     result.confidence.weakest_direction = {0, -1, 0};
     result.confidence.weakest_mm = 0.03;
+    result.confidence.weakest_axis = {0, 0, 1};
+    result.confidence.weakest_deg = 0.011;
     EXPECT_THAT(full(result),
-                AllOf(HasSubstr("sigma     0.031 mm, 0.013 deg; weakest along (+0.00, -1.00, +0.00): 0.030 mm\n"),
+                AllOf(HasSubstr("sigma     0.031 mm, 0.013 deg; weakest along (+0.00, -1.00, +0.00): 0.030 mm, "
+                                "about (+0.00, +0.00, +1.00): 0.011 deg\n"),
                       HasSubstr("expected  0.042 mm")));
+}
+
+TEST(Full, SaysThatOneViewHardlyTellsDepth) {
+    RegistrationResult result = told_result();
+    result.confidence.in_plane_mm = 0.15;
+    result.confidence.in_depth_mm = 1.4;
+    EXPECT_THAT(full(result), HasSubstr("expected  0.150 mm in plane, 1.40 mm in depth"));
+    EXPECT_THAT(full(result), HasSubstr("one view tells depth by size only"));
+    EXPECT_THAT(brief(result), HasSubstr("expected error 0.150 mm in plane, 1.40 mm in depth"));
+}
+
+TEST(Full, WithholdsTheErrorOfADoubtedPose) {
+    RegistrationResult result = doubtful_result();
+    result.confidence = {.is_withheld = true};
+    EXPECT_THAT(full(result), HasSubstr("expected  error not estimated: the pose is doubted"));
+    EXPECT_THAT(brief(result), HasSubstr("expected error not estimated as the pose is doubted"));
 }
 
 TEST(Full, IsSilentOfWhatIsNotKnown) {

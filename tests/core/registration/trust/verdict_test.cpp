@@ -80,6 +80,7 @@ auto away(double shift_mm, double turn_rad, Content content = Content::whole, Se
 }
 auto agreeing(int count) {
     return [=](RegistrationResult& r) {
+        r.search.mode = Search::near;
         r.search.refined = 12;
         r.search.agreeing = count;
     };
@@ -102,6 +103,29 @@ auto sure(bool is_estimated, Method method, double cost_initial = 0.4) {
 }
 auto expected_error(double rim_mm) {
     return [=](RegistrationResult& r) { r.confidence.rim_mm = rim_mm; };
+}
+
+/// A descent's result that has been looked around, with a rival where its cost is given.
+auto around(int refined, int agreeing, double rival_cost = 0, double cost = 0.25) {
+    return [=](RegistrationResult& r) {
+        r.search.refined = refined;
+        r.search.agreeing = agreeing;
+        r.search.cost = cost;
+        if (rival_cost > 0) r.search.rivals = {{.cost = rival_cost}};
+    };
+}
+auto fine_edges(double cost, double fine_cost) {
+    return [=](RegistrationResult& r) {
+        r.view_costs[1] = cost;
+        r.fine_view_costs = {0.1, fine_cost};
+    };
+}
+template <class First, class Second>
+auto both(First first, Second second) {
+    return [=](RegistrationResult& r) {
+        first(r);
+        second(r);
+    };
 }
 
 constexpr auto kWhole = Content::whole, kPart = Content::part;
@@ -158,6 +182,18 @@ const VerdictCase kVerdicts[] = {
     {"PartTurnedAtItsPlace", away(0, 1, kPart, Search::near, 20)},
     {"PartFoundFarAway", away(90, 0, kPart, Search::global, 0)},
 
+    {"FarButBeyondDoubt", both(away(90, 0), around(9, 9))},
+    {"FarAndHardlyAgreed", both(away(90, 0), around(9, 1)), kFar},
+    {"HardlyAgreedAlone", around(9, 1)},
+    {"FewLookedAround", both(away(90, 0), around(4, 1))},
+    {"PoorlyExplainedAlone", both(second_view(0.4), around(9, 9))},
+    {"PoorlyExplainedAndHardlyAgreed", both(second_view(0.35), around(9, 0)), "view LAT is explained poorly"},
+    {"FineEdgesLost", fine_edges(0.3, 0.61), "its fine edges hardly"},
+    {"FineEdgesLeft", fine_edges(0.3, 0.59)},
+    {"FineEdgesLostInNoise", fine_edges(0.2, 0.8)},
+    {"RivalOfAPerfectResult", around(9, 9, 0.0041, 0.002)},
+    {"RivalNearAPerfectResult", around(9, 9, 0.0039, 0.002), "0.0 mm and 0.0 deg away"},
+
     {"AgreementUnknown", agreeing(0)},
     {"NoAgreement", agreeing(1), "only one of 12 refined starts"},
     {"Agreement", agreeing(2)},
@@ -176,6 +212,22 @@ const VerdictCase kVerdicts[] = {
     {"NoConfidenceAsTimeWasUp", sure(false, Method::gauss_newton, kNoNumber)},
     {"ErrorOfARegistration", expected_error(1.5)},
     {"ErrorOfNone", expected_error(1.5001), "poorly determined"},
+    {"ErrorOfACoarseCt",
+     [](RegistrationResult& r) {
+         r.confidence.rim_mm = 2.4;
+         r.levels.back().spacing_mm = {2, 5, 2};
+     }},
+    {"DepthOfOneView",
+     [](RegistrationResult& r) {
+         r.confidence.rim_mm = r.confidence.in_depth_mm = 4;
+         r.confidence.in_plane_mm = 0.2;
+     }},
+    {"OneViewUnsureInPlane",
+     [](RegistrationResult& r) {
+         r.confidence.rim_mm = r.confidence.in_depth_mm = 4;
+         r.confidence.in_plane_mm = 1.6;
+     },
+     "1.6 mm in plane"},
     {"ErrorThatIsNoNumber", expected_error(kNoNumber), "poorly determined"},
 };
 
