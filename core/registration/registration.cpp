@@ -90,10 +90,7 @@ void suspect_mirrored(Run& run) {
 
 /// Says what may be wrong with the images: what was suspected already, else what is found where `may_look` says so.
 void name_suspicion(Run& run, bool may_look) {
-    bool is_weak = false;
-    for (std::size_t v = 0; v < run.result.view_costs.size(); ++v) {
-        is_weak = is_weak || is_weakly_explained(run.result, v);
-    }
+    const bool is_weak = has_weak_view(run.result);
     const bool was_tried = run.result.content == Content::part;
     try {
         if (!run.suspicion && may_look && is_weak && !was_tried) run.suspicion = reversed_contrast(run);

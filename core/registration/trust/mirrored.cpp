@@ -1,7 +1,6 @@
 #include "core/registration/trust/mirrored.h"
 
 #include <algorithm>
-#include <ranges>
 #include <vector>
 
 #include "core/base/number_text.h"
@@ -40,8 +39,7 @@ View with_columns_reversed(View view) {
 std::optional<std::string> mirror_suspicion(std::span<const View> views, const RegistrationResult& found,
                                             const CostOfViews& cost_of) {
     if (views.size() > kMostViews) return std::nullopt;
-    const auto is_weak = [&](std::size_t view) { return is_weakly_explained(found, view); };
-    if (std::ranges::none_of(std::views::iota(std::size_t{0}, found.view_costs.size()), is_weak)) return std::nullopt;
+    if (!has_weak_view(found)) return std::nullopt;
     double best_cost = found.cost_final - kFarBetter;
     unsigned best = 0;
     for (unsigned subset = 1; subset < 1U << views.size(); ++subset) {

@@ -157,6 +157,13 @@ bool is_weakly_explained(const RegistrationResult& result, std::size_t view) {
     return cost >= kHalfExplained && !(result.fine_view_costs[view] < kFineEdgesLost);
 }
 
+bool has_weak_view(const RegistrationResult& result) {
+    for (std::size_t v = 0; v < result.view_costs.size(); ++v) {
+        if (is_weakly_explained(result, v)) return true;
+    }
+    return false;
+}
+
 std::vector<std::string> doubts(const RegistrationResult& result, std::span<const View> views,
                                 const RigidTransform& start, const ObjectExtent& extent) {
     std::vector<std::string> reasons;

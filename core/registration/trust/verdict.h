@@ -18,6 +18,9 @@ namespace raylign::detail {
 /// True where the DRR leaves so much of a view unexplained that the pose, or the image, must be wrong.
 [[nodiscard]] bool is_weakly_explained(const RegistrationResult& result, std::size_t view);
 
+/// True where that holds for any view.
+[[nodiscard]] bool has_weak_view(const RegistrationResult& result);
+
 /// True where nothing but a large expected error is wrong: then it is told.
 [[nodiscard]] bool is_only_unsure(const RegistrationResult& result);
 
