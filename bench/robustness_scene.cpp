@@ -16,15 +16,7 @@
 #include "tests/support/scenes.h"
 
 namespace raylign::detail::bench {
-namespace {
 
-/// Photons that an empty pixel counts, of the ideal detector. Through 300 mm of chest 1 in 1000 comes out.
-constexpr double kPhotons = 20000, kPhotonsPart = 1e6;
-constexpr float kBone_per_mm = 0.0237F;  // 150 HU
-constexpr double kPartField = 0.75;      // of the field
-constexpr double kKeptLength = 0.6;      // of a truncated CT
-
-/// Two rods with screws behind the thoracic spine, other contrast, and water where the CT shows lung.
 void put_metal(Volume& actual) {
     const Eigen::Vector3d n = actual.grid.size.cast<double>();
     const auto at = [&](double x, double y, double z) {
@@ -38,6 +30,14 @@ void put_metal(Volume& actual) {
     }
     add_rod(actual, {at(0.3, 0.6, 0.3), at(0.3, 0.65, 0.3), 35, 0.0205});
 }
+
+namespace {
+
+/// Photons that an empty pixel counts, of the ideal detector. Through 300 mm of chest 1 in 1000 comes out.
+constexpr double kPhotons = 20000, kPhotonsPart = 1e6;
+constexpr float kBone_per_mm = 0.0237F;  // 150 HU
+constexpr double kPartField = 0.75;      // of the field
+constexpr double kKeptLength = 0.6;      // of a truncated CT
 
 /// As `--object voxels:... --bone-threshold 150` reads it.
 Volume vertebra(const Volume& ct, const VoxelBox& box) {

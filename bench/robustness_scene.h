@@ -27,6 +27,9 @@ struct Scene {
     double success_mm = 0;  ///< 0 = none: there is no right pose
 };
 
+/// Two rods with screws behind the thoracic spine, other contrast, and water where the CT shows lung.
+void put_metal(Volume& actual);
+
 /// Names in words, for errors and usage.
 inline constexpr const char* kSceneNames =
     "clean, noise, scatter, metal, truncated, other, wrong-view-DEGREES, wrong-view-LENGTHmm, vertebra-1 to vertebra-5 "

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bench/record.h"
+#include "bench/robustness_scene.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/evaluation/mismatch.h"
@@ -33,9 +34,9 @@
 namespace raylign::detail::bench {
 namespace {
 
-constexpr double kPhotons = 20000, kField_mm = 400;
+constexpr double kCountedPhotons = 20000, kShown_mm = 400;
 
-struct Scene {
+struct ViewScene {
     std::string name;
     Volume moving;
     std::vector<View> views;
@@ -45,26 +46,11 @@ struct Scene {
     Eigen::Vector3d centre_world_mm = Eigen::Vector3d::Zero();
 };
 
-/// Rods behind the thoracic spine and another contrast.
-void put_metal(Volume& actual) {
-    const Eigen::Vector3d n = actual.grid.size.cast<double>();
-    const auto at = [&](double x, double y, double z) {
-        return actual.grid.ct_from_voxel({x * n.x(), y * n.y(), z * n.z()});
-    };
-    change_contrast(actual, {.soft_gain = 0.92, .bone_gain = 1.3});
-    for (const double x : {0.44, 0.51}) {
-        add_rod(actual, {at(x, 0.79, 0.15), at(x, 0.77, 0.6)});
-        for (double z = 0.2; z < 0.6; z += 0.12)
-            add_rod(actual, {at(x, 0.79, z), at(0.475 + (x - 0.475) * 0.5, 0.7, z), 3});
-    }
-    add_rod(actual, {at(0.3, 0.6, 0.3), at(0.3, 0.65, 0.3), 35, 0.0205});
-}
-
-Scene make_scene(const std::string& name, const Volume& ct, double angle_deg, int pixels) {
+ViewScene make_view_scene(const std::string& name, const Volume& ct, double angle_deg, int pixels) {
     if (name != "noise" && name != "scatter" && name != "metal" && name != "truncated") {
         throw bad_value("scene", name, "noise, scatter, metal or truncated");
     }
-    Scene scene{.name = name, .moving = ct};
+    ViewScene scene{.name = name, .moving = ct};
     Volume actual = ct;
     if (name == "metal") put_metal(actual);
     if (name == "truncated") {
@@ -74,8 +60,8 @@ Scene make_scene(const std::string& name, const Volume& ct, double angle_deg, in
     scene.targets = default_targets_ct_mm(scene.moving);
     scene.truth = test::oblique_pose() * RigidTransform::translate(-Eigen::Vector3d(ct.grid.centre_ct_mm()));
     scene.centre_world_mm = scene.truth * object_extent(scene.moving).centre_ct_mm;
-    scene.views = {{"AP", test::c_arm_view(0, pixels, kField_mm), {}, {}},
-                   {"LAT", test::c_arm_view(angle_deg, pixels, kField_mm), {}, {}}};
+    scene.views = {{"AP", test::c_arm_view(0, pixels, kShown_mm), {}, {}},
+                   {"LAT", test::c_arm_view(angle_deg, pixels, kShown_mm), {}, {}}};
     const RenderSettings fine{Projector::trilinear, 0.4 * ct.grid.spacing_mm.minCoeff()};
     const auto session = create_backend("cpu").backend->prepare({actual, scene.views, fine, {}});
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
@@ -102,12 +88,12 @@ struct Trial {
     RegistrationResult found;
 };
 
-Trial run_trial(const Scene& scene, const CameraError& error, std::uint64_t seed, bool refined, Backend& backend) {
+Trial run_trial(const ViewScene& scene, const CameraError& error, std::uint64_t seed, bool refined, Backend& backend) {
     Random random(seed);
     Trial trial;
     std::vector<View> views = scene.views;
     for (std::size_t v = 0; v < views.size(); ++v) {
-        views[v].image = with_photon_noise(scene.clean[v], kPhotons, 1000 * seed + v);
+        views[v].image = with_photon_noise(scene.clean[v], kCountedPhotons, 1000 * seed + v);
     }
     const Eigen::Vector3d axis = random.direction();
     trial.camera << axis * error.degrees * std::numbers::pi / 180, axis * error.mm;
@@ -154,7 +140,7 @@ double percentile(std::vector<double> values, double p) {
     return values[std::min(values.size() - 1, static_cast<std::size_t>(p * static_cast<double>(values.size())))];
 }
 
-void print_row(const Scene& scene, const std::string& error, double angle_deg, int trials, bool refined,
+void print_row(const ViewScene& scene, const std::string& error, double angle_deg, int trials, bool refined,
                Backend& backend, Record& record) {
     int doubted = 0, contradicting = 0;
     std::vector<double> final_mm, significance, effect_mm, off_sigma, seconds;
@@ -198,7 +184,7 @@ int run(int argc, char** argv, Record& record) {
     for (const std::string& name : split(word(2, "noise"))) {
         for (const std::string& angle : split(word(5, "90"))) {
             const double angle_deg = std::atof(angle.c_str());
-            const Scene scene = make_scene(name, ct, angle_deg, std::atoi(word(7, "256").c_str()));
+            const ViewScene scene = make_view_scene(name, ct, angle_deg, std::atoi(word(7, "256").c_str()));
             for (const std::string& way : split(word(6, "plain"))) {
                 for (const std::string& error : split(word(3, "0"))) {
                     print_row(scene, error, angle_deg, std::atoi(word(4, "10").c_str()), way == "refined", *backend,

@@ -121,6 +121,7 @@ RegistrationResult detail::register_refined(ResidentVolume& volume, std::span<co
     account_for(result, run.result);
     result.reasons = doubts(result, moved, start_world_from_ct, extent);
     result.ok = result.reasons.empty();
+    withhold_where_doubted(result);
     return result;
 }
 

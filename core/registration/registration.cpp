@@ -183,10 +183,7 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
     if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
     result.ok = result.reasons.empty() && !run.suspicion;
-    if (!result.ok && result.confidence.is_estimated && !is_only_unsure(result)) {
-        result.confidence = {};
-        result.confidence.is_withheld = true;
-    }
+    withhold_where_doubted(result);
     if (!result.ok) name_suspicion(run, stopped.empty() && options.suspect_mirrored && !options.time_limit_s);
     return result;
 }

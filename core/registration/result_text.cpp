@@ -58,10 +58,11 @@ std::string confidence_text(const Confidence& c) {
 
 std::string search_text(const SearchReport& search) {
     if (search.starts == 0) return {};
-    return labelled("search", std::string(search_name(search.mode)) + ": " + std::to_string(search.starts) +
-                                  " starts, " + std::to_string(search.refined) + " refined, " +
-                                  std::to_string(search.agreeing) + " ended here, " +
-                                  std::to_string(search.rivals.size()) + " rivals");
+    return labelled("search",
+                    (search.mode == Search::none ? "around the result" : std::string(search_name(search.mode))) + ": " +
+                        std::to_string(search.starts) + " starts, " + std::to_string(search.refined) + " refined, " +
+                        std::to_string(search.agreeing) + " ended here, " + std::to_string(search.rivals.size()) +
+                        " rivals");
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ public:
     /// Whether its volume goes on beyond the CT's cut faces (object/continued.h): a whole's, where the X-ray is known
     /// to show more than the CT, on all levels but the finest.
     [[nodiscard]] bool is_continued() const { return is_continued_; }
-    [[nodiscard]] bool may_continue() const;
+    [[nodiscard]] bool may_continue() const;  ///< a side is cut, and the level is not the finest
     /// Changes that, where it may; weights are the masks' again.
     void go_beyond_the_cut(bool goes_on);
     /// Adds what was counted to the result: once, when the work on the level has ended, however it ended.

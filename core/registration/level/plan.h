@@ -16,7 +16,7 @@ struct LevelPlan {
     int volume_halvings = 0;
     std::vector<int> image_halvings;  ///< per view
     GradientFilter filter;
-    bool is_finest = true;
+    bool is_finest = true;          ///< of its pyramid
     double pixel_at_object_mm = 0;  ///< the finest over views: the level's unit of length
 };
 

@@ -211,6 +211,8 @@ void look_closer(const Run& run, RegistrationResult& result) {
     freedom.moves[*suspect] = true;
     Run closer{run.resident, run.views, run.options, run.control, run.extent, result.world_from_ct};
     closer.result.method = result.method;
+    closer.shows_the_cut = run.shows_the_cut;
+    closer.begin = run.begin;  // the time limit is the run's
     const std::optional<RefinedViews> refined = refine_views(closer, result, freedom);
     add_work(result, closer.result);
     if (!refined) return;
@@ -222,14 +224,8 @@ void look_closer(const Run& run, RegistrationResult& result) {
 }
 
 void add_work(RegistrationResult& sum, const RegistrationResult& other) {
-    sum.counters.evaluations += other.counters.evaluations;
-    sum.counters.linearizations += other.counters.linearizations;
-    sum.counters.bytes_to_host += other.counters.bytes_to_host;
-    sum.timing.prepare_s += other.timing.prepare_s;
-    sum.timing.drr_s += other.timing.drr_s;
-    sum.timing.gradient_s += other.timing.gradient_s;
-    sum.timing.reduction_s += other.timing.reduction_s;
-    sum.timing.transfer_s += other.timing.transfer_s;
+    add(sum.counters, other.counters);
+    add(sum.timing, other.timing);
 }
 
 }  // namespace raylign::detail

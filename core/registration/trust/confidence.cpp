@@ -10,7 +10,7 @@
 namespace raylign::detail {
 namespace {
 
-constexpr int kGroups = 16, kBlocksPerSide = 8;
+constexpr int kBlocksPerSide = 8;
 
 /// The group of each block: every group appears in each half of the rows and columns, shifted from view to view.
 int group_of(int block_x, int block_y, std::size_t view) {
@@ -32,7 +32,10 @@ WeightBox box_with_weight(const Image& weights) {
     return box;
 }
 
-Image without_group(const Image& weights, const WeightBox& box, int group, std::size_t view) {
+}  // namespace
+
+Image without_group(const Image& weights, int group, std::size_t view) {
+    const WeightBox box = box_with_weight(weights);
     Image rest = weights;
     for (int y = box.y0; y < box.y1; ++y) {
         const int block_y = (y - box.y0) * kBlocksPerSide / (box.y1 - box.y0);
@@ -44,17 +47,17 @@ Image without_group(const Image& weights, const WeightBox& box, int group, std::
     return rest;
 }
 
+namespace {
+
 using Twists = Eigen::Matrix<double, 6, kGroups>;
 
 /// One Gauss-Newton step per group left out.
 Twists steps_without_groups(const LevelProblem& problem, const RigidTransform& world_from_ct,
                             const std::vector<Image>& weights) {
-    std::vector<WeightBox> boxes;
-    for (const Image& image : weights) boxes.push_back(box_with_weight(image));
     Twists steps;
     for (int group = 0; group < kGroups; ++group) {
         std::vector<Image> rest;
-        for (std::size_t v = 0; v < weights.size(); ++v) rest.push_back(without_group(weights[v], boxes[v], group, v));
+        for (std::size_t v = 0; v < weights.size(); ++v) rest.push_back(without_group(weights[v], group, v));
         problem.session.set_weights(rest);
         Linearization at;
         problem.before_batch();

@@ -8,6 +8,11 @@
 
 namespace raylign::detail {
 
+inline constexpr int kGroups = 16;
+/// The weights without the blocks of a group: the box of pixels with weight is cut into 8 x 8 blocks, and every group
+/// has some in each half of the rows and columns, shifted from view to view.
+[[nodiscard]] Image without_group(const Image& weights, int group, std::size_t view);
+
 /// Delete-a-group jackknife [Efron82] [Shao89] over 16 groups of image blocks: with the weights of group g
 /// set to zero, one Gauss-Newton step x_g from the pose;
 ///   covariance = k^2 (G - 1) / G sum_g (x_g - mean) (x_g - mean)^T.

@@ -174,7 +174,8 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     doubt_beyond_range(result, start, extent, reasons);
     doubt_rivals(result, reasons);
     doubt_disagreeing_views(result, views, reasons);
-    if (result.method == Method::gauss_newton && std::isfinite(result.cost_initial) && !result.confidence.is_estimated)
+    const bool is_unknown = !result.confidence.is_estimated && !result.confidence.is_withheld;
+    if (result.method == Method::gauss_newton && std::isfinite(result.cost_initial) && is_unknown)
         reasons.push_back("the expected error could not be estimated: few pixels hold all that was compared");
     const Confidence& confidence = result.confidence;
     const bool one_view = confidence.in_depth_mm > 0;
@@ -187,8 +188,11 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     return reasons;
 }
 
-bool is_only_unsure(const RegistrationResult& result) {
-    return std::ranges::all_of(result.reasons, [](const std::string& reason) { return reason.starts_with(kUnsure); });
+void withhold_where_doubted(RegistrationResult& result) {
+    const auto is_unsure = [](const std::string& reason) { return reason.starts_with(kUnsure); };
+    if (result.ok || !result.confidence.is_estimated || std::ranges::all_of(result.reasons, is_unsure)) return;
+    result.confidence = {};
+    result.confidence.is_withheld = true;
 }
 
 }  // namespace raylign::detail

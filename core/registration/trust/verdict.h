@@ -21,7 +21,7 @@ namespace raylign::detail {
 /// True where that holds for any view.
 [[nodiscard]] bool has_weak_view(const RegistrationResult& result);
 
-/// True where nothing but a large expected error is wrong: then it is told.
-[[nodiscard]] bool is_only_unsure(const RegistrationResult& result);
+/// Takes the expected error of a doubted pose back, unless that it is large is all that is wrong: then it is told.
+void withhold_where_doubted(RegistrationResult& result);
 
 }  // namespace raylign::detail

@@ -13,7 +13,6 @@
 namespace raylign::detail {
 namespace {
 
-constexpr int kViewGroups = 16, kGroupBlocks = 8;
 constexpr double kShapeOfCurvature = 0.5;  // share of the curvature's shape in a covariance
 constexpr double kWidePrior_deg = 5, kWidePrior_mm = 30;
 constexpr double kDegrees = 180 / std::numbers::pi;
@@ -34,36 +33,6 @@ const Bounds& bounds_of(const RegistrationResult& result) { return result.robust
 constexpr double kLeastEffect_mm = 0.1;
 constexpr double kSuspectedEffect = 1, kDoubtfulEffect = 1.5;  // of the error that is expected anyway
 
-/// Rows and columns that hold weight.
-struct WeightedBox {
-    int x0, y0, x1, y1;
-};
-
-WeightedBox weighted_box(const Image& weights) {
-    WeightedBox box{weights.width, weights.height, 0, 0};
-    for (int y = 0; y < weights.height; ++y) {
-        for (int x = 0; x < weights.width; ++x) {
-            if (!(weights(x, y) > 0)) continue;
-            box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
-        }
-    }
-    return box;
-}
-
-/// Each group has four of 8 x 8 blocks, spread over the box.
-Image without_blocks_of(int group, const Image& weights) {
-    const WeightedBox box = weighted_box(weights);
-    Image rest = weights;
-    for (int y = box.y0; y < box.y1; ++y) {
-        const int block_y = (y - box.y0) * kGroupBlocks / (box.y1 - box.y0);
-        for (int x = box.x0; x < box.x1; ++x) {
-            const int block_x = (x - box.x0) * kGroupBlocks / (box.x1 - box.x0);
-            if ((5 * block_x + 3 * block_y) % kViewGroups == group) rest(x, y) = 0;
-        }
-    }
-    return rest;
-}
-
 Twist step_of(const Linearization& at) { return -solve_symmetric(at.curvature, at.gradient); }
 
 Matrix6 inverse_of_symmetric(const Matrix6& matrix) {
@@ -72,7 +41,7 @@ Matrix6 inverse_of_symmetric(const Matrix6& matrix) {
     return (inverse + inverse.transpose()) / 2;
 }
 
-using GroupSteps = Eigen::Matrix<double, 6, kViewGroups>;
+using GroupSteps = Eigen::Matrix<double, 6, kGroups>;
 
 /// Per view one Gauss-Newton step for each group left out.
 std::vector<GroupSteps> steps_of_views(Session& session, const RigidTransform& world_from_ct,
@@ -80,9 +49,9 @@ std::vector<GroupSteps> steps_of_views(Session& session, const RigidTransform& w
                                        const std::function<void()>& before_batch) {
     std::vector<Linearization> at(weights.size());
     std::vector<GroupSteps> steps(weights.size());
-    for (int group = 0; group < kViewGroups; ++group) {
+    for (int group = 0; group < kGroups; ++group) {
         std::vector<Image> rest;
-        for (const Image& image : weights) rest.push_back(without_blocks_of(group, image));
+        for (const Image& image : weights) rest.push_back(without_group(image, group, 0));
         session.set_weights(rest);
         before_batch();
         session.linearize_views({&world_from_ct, 1}, centre_ct_mm, at);
@@ -94,7 +63,7 @@ std::vector<GroupSteps> steps_of_views(Session& session, const RigidTransform& w
 ViewEvidence evidence_of(const Linearization& at, const GroupSteps& steps, const EvidenceScale& scale) {
     ViewEvidence evidence;
     const GroupSteps deviations = steps.colwise() - steps.rowwise().mean();
-    const double factor = scale.calibration * scale.calibration * (kViewGroups - 1.0) / kViewGroups;
+    const double factor = scale.calibration * scale.calibration * (kGroups - 1.0) / kGroups;
     const double scatter = factor * (deviations.transpose() * at.curvature * deviations).trace() / 6;
     // In the image plane the curvature is largest: there the displacement's variance shall be what it is.
     const double in_plane = principal_axes(at.curvature.bottomRightCorner<3, 3>()).values[2];
