@@ -20,15 +20,15 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 /// displace edges: exact X-rays of the spine phantom against its voxels, both views right, put each view's own depth 3
 /// mm off.
 constexpr double kDisplaced_px = 0.02, kDisplacedExplained_px = 0.07;
-/// Where scatter, metal or other contrast is left unexplained, from trials on X-rays with blur, scatter and hardening
-/// (bench/README.md, "Views that contradict each other"): right cameras had at most 0.8, one turned by a degree 0.6 to
-/// 1.6. Where nearly all is explained, one step tells little of what is far off, so suspicion needs less than doubt.
-struct Bounds {
-    double suspected, significant;
-};
-constexpr Bounds kMismatch{0.9, 0.9}, kExplained{0.5, 1.4};
+/// On X-rays with blur, scatter and hardening right cameras had up to 1.0, and one turned by a degree 0.6 to 1.6
+/// (bench/README.md, "Views that contradict each other"): a right pose must not be doubted for it. Looking closer costs
+/// several registrations. Where nearly all is explained, one step tells little of what is far off, so suspicion needs
+/// less than doubt; else it needs as much.
+constexpr double kSignificant = 1.4, kSuspectedExplained = 0.5;
 
-const Bounds& bounds_of(const RegistrationResult& result) { return result.robust_rounds > 0 ? kMismatch : kExplained; }
+double suspected_from(const RegistrationResult& result) {
+    return result.robust_rounds > 0 ? kSignificant : kSuspectedExplained;
+}
 
 constexpr double kLeastEffect_mm = 0.1;
 constexpr double kSuspectedEffect = 1, kDoubtfulEffect = 1.5;  // of the error that is expected anyway
@@ -230,7 +230,7 @@ std::optional<std::size_t> suspected_view(const RegistrationResult& result) {
     std::optional<std::size_t> worst;
     for (std::size_t v = 0; v < result.views.size(); ++v) {
         const ViewCorrection& correction = result.views[v].correction;
-        if (!(correction.significance > bounds_of(result).suspected) ||
+        if (!(correction.significance > suspected_from(result)) ||
             !matters(correction, kSuspectedEffect * result.confidence.rim_mm))
             continue;
         // Of two views either may be wrong: people trust the one named first.
@@ -246,8 +246,8 @@ void judge_views(RegistrationResult& result, double radius_mm) {
     const ViewCorrection* most = nullptr;
     for (ViewResult& view : result.views) {
         ViewCorrection& correction = view.correction;
-        correction.is_doubtful = correction.significance > bounds_of(result).significant &&
-                                 matters(correction, kDoubtfulEffect * expected_mm);
+        correction.is_doubtful =
+            correction.significance > kSignificant && matters(correction, kDoubtfulEffect * expected_mm);
         if (correction.is_doubtful && (!most || correction.effect_mm > most->effect_mm)) most = &correction;
     }
     if (!most || !result.confidence.is_estimated) return;
