@@ -1,6 +1,7 @@
 #include "core/registration/level/level.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -119,6 +120,15 @@ LevelProblem Level::problem(const RigidTransform& start, bool finest, Session& s
             .cost_tolerance = finest ? kCostToleranceFinest : kCostToleranceCoarse,
             .max_iterations = run_.options.max_iterations_per_level,
             .before_batch = [this] { stop_if_asked(run_); }};
+}
+
+void Level::take_the_better_start(bool may_restart) {
+    const std::array poses{run_.result.world_from_ct, run_.start};
+    std::array<double, 2> costs{};
+    session_->evaluate(poses, costs);
+    report_.restarted = may_restart && costs[1] < costs[0];
+    if (report_.restarted) run_.result.world_from_ct = run_.start;
+    report_.cost_initial = costs[report_.restarted ? 1 : 0];
 }
 
 LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double initial_step_mm) {

@@ -44,6 +44,10 @@ public:
     /// These views, of the level's size, on its volume and with its filter. Count what it does by count().
     [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views);
     void count(const Session& cut_out);
+    /// Puts the result, which a coarser level found, back to the run's start where that costs less here: a coarser
+    /// level may have gone astray. `may_restart` false: no coarser level has been asked, and only the report's first
+    /// cost is set.
+    void take_the_better_start(bool may_restart);
     /// The method of the run from `start`; records its steps, moves result.world_from_ct, adds to the report.
     LevelOutcome optimize(const RigidTransform& start, bool finest, double initial_step_mm);
     /// Throws Error where the DRR at the start misses a view.

@@ -1,7 +1,6 @@
 #include "core/registration/strategy/descent.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "core/registration/policy.h"
@@ -16,18 +15,6 @@ constexpr double kAsWellExplained = 0.15;  // of cost: what lies beyond a cut ha
 constexpr double kWellExplained = 0.05;    // cost on the coarsest level: nothing is missing
 constexpr double kClearlyBetter = 0.5;     // times the cost: metal over the object brings less, a cut CT 0.03 to 0.4
 constexpr double kInitialStep_px = 2;      // on the coarsest level; finer ones start where the coarser one ended
-
-/// Begins a level with the coarser level's result, unless the start costs less here (a coarse level may have gone
-/// astray).
-void take_the_better_start(Run& run, Level& level, const LevelPlace& place) {
-    const std::array poses{run.result.world_from_ct, run.start};
-    std::array<double, 2> costs{};
-    level.session().evaluate(poses, costs);
-    LevelReport& report = level.report();
-    report.restarted = !place.is_first && costs[1] < costs[0];
-    if (report.restarted) run.result.world_from_ct = run.start;
-    report.cost_initial = costs[report.restarted ? 1 : 0];
-}
 
 /// The X-ray ends where the CT does where the DRR explains what lies beyond the cut about as well as the rest.
 bool ends_there(const CutCosts& costs) { return costs.beyond < costs.within + kAsWellExplained; }
@@ -75,7 +62,7 @@ void descend(Run& run, Content content, StartCheck check) {
         if (place.is_first && check == StartCheck::overlap) level.check_overlap();
         if (content == Content::part) weigh_part(run, level, result.world_from_ct);
         if (content == Content::whole) weigh_whole(run, level, result.world_from_ct);
-        take_the_better_start(run, level, place);
+        level.take_the_better_start(!place.is_first);
         LevelOutcome found = level.optimize(result.world_from_ct, place.is_last, step_mm);
         if (content == Content::whole && place.is_first && !run.shows_the_cut) {
             found = settle_the_cut(run, level, place, found, step_mm);

@@ -98,7 +98,7 @@ void decide_fine_finish(Run& run, double cost) {
 /// From the result on a level of its own, evenly weighted.
 void refine_finely(Run& run, Level& fine, bool is_last) {
     weigh_whole_evenly(run, fine, run.result.world_from_ct);
-    fine.report().cost_initial = fine.cost(run.result.world_from_ct);
+    fine.take_the_better_start(true);  // what lies over the object can lead an uneven descent away from a good start
     fine.optimize(run.result.world_from_ct, false, fine.plan().pixel_at_object_mm);
     if (!is_last) make_robust(run, fine, false);
 }

@@ -47,10 +47,9 @@ std::vector<Candidate> first_candidates(Run& run, Level& level, const LevelProbl
 }
 
 /// Finalists compared under weights that are fair to each: the mean of the robust weights that each would choose. What
-/// no finalist explains counts little for any.
+/// no finalist explains counts little for any. Afterwards the weights are the masks' again: the finish chooses its own.
 std::vector<Candidate> ranked_robustly(Run& run, Level& level, std::vector<Candidate> candidates,
                                        const LevelProblem& problem) {
-    if (!wants_robust_weights(run, level)) return candidates;
     if (candidates.size() > kRanked) candidates.resize(kRanked);
     Session& session = level.session();
     PixelWeights weights(session);
@@ -69,7 +68,10 @@ std::vector<Candidate> ranked_robustly(Run& run, Level& level, std::vector<Candi
     }
     session.set_weights(sum);
     ++run.result.robust_rounds;
-    return distinct(refined(problem, candidates), run.extent, kDistinct_px * level.plan().pixel_at_object_mm);
+    candidates = distinct(refined(problem, candidates), run.extent, kDistinct_px * level.plan().pixel_at_object_mm);
+    for (Image& image : sum) std::ranges::fill(image.pixels, 1.f);
+    session.set_weights(sum);
+    return candidates;
 }
 
 }  // namespace
@@ -92,10 +94,15 @@ void search_whole(Run& run, Search mode, StartCheck check) {
         result.world_from_ct = candidates.front().world_from_ct;
         result.cost_final = level.report().cost_final = candidates.front().cost;
         if (!place.is_last) return Next::finer;
-        candidates = ranked_robustly(run, level, std::move(candidates), problem);
+        const bool is_robust = wants_robust_weights(run, level);
+        if (is_robust) candidates = ranked_robustly(run, level, std::move(candidates), problem);
         result.world_from_ct = candidates.front().world_from_ct;
         report_rivals(run, candidates, pixel_mm);
-        level.optimize(result.world_from_ct, true, pixel_mm);
+        if (is_robust) {
+            level.report().cost_final = level.cost(result.world_from_ct);  // the finish goes on from here
+        } else {
+            level.optimize(result.world_from_ct, true, pixel_mm);
+        }
         return Next::finer;
     });
 }

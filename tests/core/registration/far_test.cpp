@@ -56,6 +56,22 @@ TEST(GlobalSearch, FindsTheSpineWithoutAStart) {
     EXPECT_GE(found.search.agreeing, 1);
 }
 
+TEST(NearSearch, FinishesWhatLiesUnderAnotherObjectAsADescentDoes) {
+    SpineCase c;
+    for (View& view : c.views) {  // a box of six times the spine's attenuation, most of it beside the spine
+        const Image over =
+            exact_drr(box_phantom({40, 60, 30}), view.geometry, RigidTransform::translate({30, 20, 10}) * c.truth);
+        for (std::size_t i = 0; i < over.pixels.size(); ++i) view.image.pixels[i] += 6 * over.pixels[i];
+    }
+    const RigidTransform start = perturbed_start(c.truth, default_targets_ct_mm(c.volume), 12, 5);
+    const RegistrationOptions options{.content = Content::whole, .search = {.mode = Search::near, .starts = 512}};
+    const RegistrationResult found = c.run(start, options);
+    EXPECT_LT(c.mtre_mm(found.world_from_ct), test::kFoundSpineMtre_mm);
+    // Its cost is that of all pixels, not of those that the candidates were ranked on.
+    const RegistrationResult descent = c.run(c.truth, {.content = Content::whole});
+    EXPECT_NEAR(found.cost_final, descent.cost_final, 0.05 * descent.cost_final);
+}
+
 TEST(PartOfTheXray, OneVertebraIsFoundAmongTheOthers) {
     SpineCase c;
     c.volume = one_vertebra(c.volume);
