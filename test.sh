@@ -9,7 +9,9 @@ build_folder=${RAYLIGN_BUILD:-build}
 need_packages "${program_packages[@]}" "${test_packages[@]}"
 echo "== building program, tests and benchmarks in $build_folder (10 minutes of two cores the first time)"
 SECONDS=0
-configure "$build_folder" --preset release -DRAYLIGN_BUILD_TESTS=ON -DRAYLIGN_BUILD_BENCH=ON
+# The system's Python: the packages that its tests import are the system's, too.
+configure "$build_folder" --preset release -DRAYLIGN_BUILD_TESTS=ON -DRAYLIGN_BUILD_BENCH=ON -DRAYLIGN_BUILD_PYTHON=ON \
+    -DPython3_EXECUTABLE=/usr/bin/python3
 build "$build_folder"
 if [ -d "${RAYLIGN_TEST_DATA:-../shared/data}" ]; then export RAYLIGN_REQUIRE_DATA=1; fi
 export RAYLIGN_REQUIRE_BACKENDS=reference,cpu,gl,gl-2006  # Mesa's software OpenGL, which setup.sh installs, will do

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <string>
+#include <vector>
+
+#include "raylign/image.h"
+#include "raylign/rigid_transform.h"
+
+namespace raylign::detail::python {
+
+namespace py = pybind11;
+
+/// Anything that NumPy takes for an array of real numbers, as floats or doubles in C order: the array itself where it
+/// is one already, else a copy. Throws Error for other types, naming `what`.
+[[nodiscard]] py::array_t<double> numbers(const py::object& object, const std::string& what);
+[[nodiscard]] py::array_t<float> floats(const py::object& object, const std::string& what);
+
+/// "(256, 256)": for messages.
+[[nodiscard]] std::string shape_text(const py::array& array);
+
+/// A 4 x 4 matrix. Throws Error for another shape and a matrix that is not rigid.
+[[nodiscard]] RigidTransform pose_from(const py::object& object, const std::string& what);
+/// One or several: (4, 4) or (N, 4, 4).
+[[nodiscard]] std::vector<RigidTransform> poses_from(const py::object& object, const std::string& what);
+/// (N, 3) as points.
+[[nodiscard]] std::vector<Eigen::Vector3d> points_from(const py::object& object, const std::string& what);
+
+[[nodiscard]] Eigen::Matrix4d matrix_of(const RigidTransform& b_from_a);
+[[nodiscard]] py::array_t<double> points_array(const std::vector<Eigen::Vector3d>& points);
+
+/// (rows, columns), line integrals or weights. Throws Error for another shape.
+[[nodiscard]] Image image_from(const py::object& object, const std::string& what);
+/// The pixels themselves, not a copy; None for an empty image.
+[[nodiscard]] py::object image_array(Image image);
+
+}  // namespace raylign::detail::python
