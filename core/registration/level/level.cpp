@@ -26,6 +26,7 @@ double level_work(const LevelPlan& plan) {
 
 Level::Level(Run& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
     : run_(run), plan_(plan), index_(static_cast<int>(run.result.levels.size())) {
+    const auto begin = LevelClock::Clock::now();
     make_views(focus);
     is_continued_ = content == Content::whole && !run.shows_the_cut.value_or(true) && may_continue();
     session_ = with_views(views_);
@@ -36,6 +37,7 @@ Level::Level(Run& run, const LevelPlan& plan, Content content, const std::option
     report_.filter = plan.filter;
     report_.content = content;
     run.result.levels.emplace_back();  // its place, whenever it is closed
+    run.level_clock.open(index_, begin);
 }
 
 void Level::make_views(const std::optional<Focus>& focus) {
@@ -58,7 +60,7 @@ void Level::close() {
     add(counters_, session_->counters());
     report_.evaluations = counters_.evaluations;
     report_.linearizations = counters_.linearizations;
-    report_.time_s = std::chrono::duration<double>(Run::Clock::now() - begin_).count();
+    report_.time_s = run_.level_clock.close(index_);
     result.iterations += report_.iterations;
     add(result.counters, counters_);
     add(result.timing, session_->timing());

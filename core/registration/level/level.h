@@ -73,7 +73,6 @@ private:
     bool is_continued_ = false;
     SessionCounters counters_;  ///< of sessions cut from this level
     LevelReport report_;
-    Run::Clock::time_point begin_ = Run::Clock::now();
 };
 
 /// One level from its making to its closing, also where a stop or an error ends the work.

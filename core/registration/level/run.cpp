@@ -18,6 +18,24 @@ void add(SessionCounters& sum, const SessionCounters& more) {
     sum.bytes_to_host += more.bytes_to_host;
 }
 
+void LevelClock::count_until(Clock::time_point now) {
+    if (!open_.empty()) open_.back().time_s += std::chrono::duration<double>(now - counted_).count();
+    counted_ = now;
+}
+
+void LevelClock::open(int level, Clock::time_point since) {
+    count_until(since);
+    open_.push_back({level, 0});
+}
+
+double LevelClock::close(int level) {
+    count_until(Clock::now());
+    const auto found = std::ranges::find(open_, level, &Open::level);
+    const double time_s = found->time_s;
+    open_.erase(found);
+    return time_s;
+}
+
 void stop_if_asked(const Run& run) {
     if (run.control.meanwhile) run.control.meanwhile();
     if (run.control.stop.stop_requested()) throw RunStopped{Termination::stopped};

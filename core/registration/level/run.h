@@ -15,9 +15,29 @@ struct RunStopped {
     Termination why;
 };
 
+/// Wall time of levels that are open one inside another: at any time it counts for the one opened last, so that the
+/// levels' times add up.
+class LevelClock {
+public:
+    using Clock = std::chrono::steady_clock;
+    void open(int level, Clock::time_point since);
+    /// Seconds that counted for this level.
+    double close(int level);
+
+private:
+    struct Open {
+        int level;
+        double time_s;
+    };
+    void count_until(Clock::time_point now);
+
+    std::vector<Open> open_;  ///< the last one's time runs
+    Clock::time_point counted_ = Clock::now();
+};
+
 /// What all parts of one registration share.
 struct Run {
-    using Clock = std::chrono::steady_clock;
+    using Clock = LevelClock::Clock;
 
     ResidentVolume& resident;
     std::span<const View> views;
@@ -36,6 +56,7 @@ struct Run {
     /// Why the images and not the pose must be wrong; a part was not sought then.
     std::optional<std::string> suspicion{};
     Clock::time_point begin = Clock::now();
+    LevelClock level_clock;
     double total_work = 1, done_work = 0;  ///< in units of level_work
     int level_count = 1;                   ///< planned so far
 

@@ -92,6 +92,24 @@ TEST(Registration, ReportsEveryLevelAndStep) {
     EXPECT_EQ(result.view_costs.size(), 2u);
 }
 
+TEST(Registration, TimesOfLevelsAddUp) {
+    SmallCase c;
+    c.choice = create_backend("cpu");
+    for (View& view : c.views) {  // a box over the spine: it is finished with a fine filter, on a level in another
+        const Image box = exact_drr(box_phantom({40, 60, 30}), view.geometry, RigidTransform::translate({30, 20, 10}));
+        for (std::size_t i = 0; i < box.pixels.size(); ++i) view.image.pixels[i] += 6 * box.pixels[i];
+    }
+    const RegistrationResult result = c.run(perturbed_start(c.truth, c.targets, 4, 3));
+    ASSERT_FALSE(result.decisions.empty());
+    ASSERT_EQ(result.levels.size(), 2u) << full(result);
+    double sum_s = 0;
+    for (const LevelReport& level : result.levels) {
+        EXPECT_GT(level.time_s, 0);
+        sum_s += level.time_s;
+    }
+    EXPECT_LE(sum_s, result.total_s);
+}
+
 TEST(Registration, StopsAtTheCallersWish) {
     SmallCase c;
     StopSource source;
