@@ -77,7 +77,8 @@ public:
 
 private:
     void append(double value, const std::filesystem::path& path) {
-        if (!std::isfinite(value)) throw_non_finite(value, path);
+        constexpr double kLargest = std::numeric_limits<float>::max();
+        if (!(std::abs(value) <= kLargest)) throw_not_a_float(value, path);
         lowest_ = std::min(lowest_, value);
         highest_ = std::max(highest_, value);
         if (options_.is_attenuation) {
@@ -89,12 +90,15 @@ private:
         voxels_.push_back(attenuation_from_hu(hu, preset_));
     }
 
-    [[noreturn]] void throw_non_finite(double value, const std::filesystem::path& path) const {
+    [[noreturn]] void throw_not_a_float(double value, const std::filesystem::path& path) const {
         const std::size_t i = voxels_.size();
         const auto nx = static_cast<std::size_t>(grid_.size.x()), ny = static_cast<std::size_t>(grid_.size.y());
         throw bad_value("voxel (" + std::to_string(i % nx) + ", " + std::to_string(i / nx % ny) + ", " +
                             std::to_string(i / nx / ny) + ")",
-                        std::isnan(value) ? "NaN" : "Inf", "finite", path.string());
+                        std::isnan(value)   ? "NaN"
+                        : std::isinf(value) ? "Inf"
+                                            : voxel_text(value),
+                        "finite, and not above what a float can hold", path.string());
     }
 
     const VolumeReadOptions& options_;

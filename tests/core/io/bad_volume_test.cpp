@@ -106,6 +106,12 @@ TEST_F(BadVolume, NanAndInfNameTheVoxel) {
     EXPECT_THAT(error_reading(write("a.mha", meta.with(floats_with(nan)))), HasSubstr("voxel (1, 0, 1) = NaN"));
     EXPECT_THAT(error_reading(write("b.mha", meta.with(floats_with(inf)))), HasSubstr("voxel (1, 0, 1) = Inf"));
 }
+TEST_F(BadVolume, VoxelsBeyondAFloatNameTheVoxel) {
+    std::vector<double> voxels(12, 100.0);
+    voxels[7] = -2.5e112;
+    const std::string bytes = MetaText{.type = "MET_DOUBLE"}.with(bytes_of(voxels));
+    EXPECT_THAT(error_reading(write("a.mha", bytes)), HasSubstr("voxel (1, 0, 1) = -2.5e+112"));
+}
 TEST_F(BadVolume, NanInNiftiIsNotMendedSilently) {
     NiftiBytes nifti;
     nifti.datatype = 16;
