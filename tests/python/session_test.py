@@ -64,6 +64,7 @@ def test_other_views_on_the_same_volume(spine, session):
     one = session.with_views(spine.views[:1])
     fresh = raylign.Session(spine.volume, spine.views[:1], "cpu")
     assert one.view_count == 1 and np.array_equal(one.evaluate(spine.start), fresh.evaluate(spine.start))
+    assert np.array_equal(one.linearize(spine.start)[1], fresh.linearize(spine.start)[1])
 
 
 def test_weights_leave_pixels_out_and_ones_bring_them_back(spine):

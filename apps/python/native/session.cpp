@@ -174,7 +174,7 @@ void bind_session(py::module_& module) {
         .def("linearize", &linearize, "poses"_a, "centre_ct_mm"_a)
         .def("render", &render, "pose"_a, "view"_a = 0)
         .def("set_weights", &set_weights, "weights"_a)
-        .def("_with_views", &with_views, "views"_a, "options"_a)
+        .def("with_views", &with_views, "views"_a, "options"_a)
         .def_property_readonly("view_count", [](SharedSession& self) { return self.session().view_count(); })
         .def_property_readonly("volume_bytes", [](SharedSession& self) { return self.session().volume_bytes(); })
         .def_property_readonly("evaluations", [](SharedSession& self) { return self.session().counters().evaluations; })

@@ -66,10 +66,15 @@ def read_volume(path: PathLike, **options: Any) -> Volume:
     return volume
 
 
-def read_views(paths: Union[PathLike, Sequence[PathLike]], *, needs_images: bool = True, auto_mask: bool = False) -> list[View]:
-    """Views from views.json or geometry files (FILE or FILE=IMAGE; a DICOM X-ray is its own image): one path or several."""
+def read_views(paths: Union[PathLike, Sequence[PathLike]], *, needs_images: bool = True, auto_mask: bool = False,
+               notes: Optional[list[str]] = None) -> list[View]:
+    """Views from views.json or geometry files (FILE or FILE=IMAGE; a DICOM X-ray is its own image): one path or several. notes: a list
+    to which is added what was decided on reading."""
     several = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
-    return _native.read_views([os.fspath(path) for path in several], needs_images, auto_mask)[0]
+    views, decided = _native.read_views([os.fspath(path) for path in several], needs_images, auto_mask)
+    if notes is not None:
+        notes.extend(decided)
+    return views
 
 
 def line_integral(pixels: np.ndarray, *, kind: str = "auto", polarity: str = "auto", i0: Optional[float] = None,
@@ -133,27 +138,61 @@ def register(volume: Any, views: Any, start: Optional[Any] = None, method: str =
     return _native.register(ct, xrays, _as_start(start, ct, xrays), _as_backend(backend), options, on_progress)
 
 
-class Session(_native.Session):
+class Session:
     """A volume and views made resident on a backend: the building blocks for an optimizer of one's own.
 
-    Several threads may share one: they take turns. It keeps what it needs alive; volume and views may go.
+    Poses are (N, 4, 4) or (4, 4). Several threads may share a session: they take turns. It keeps what it needs alive; volume and views
+    may go.
     """
 
     def __init__(self, volume: Any, views: Any, backend: Union[str, Backend] = "auto", *, metric: str = "gc",
                  sigma_px: Optional[float] = None, projector: Optional[str] = None, step_mm: Optional[float] = None):
         options = dict(metric=metric, sigma_px=sigma_px, projector=projector, step_mm=step_mm)
         ct = as_volume(volume)
-        super().__init__(ct, as_views(views, needs_images=False), _as_backend(backend), options)
-        self.centre = np.asarray(ct.centre)
+        self._session = _native.Session(ct, as_views(views, needs_images=False), _as_backend(backend), options)
+        self.centre: np.ndarray = ct.centre  #: of the volume's grid: what linearize and move turn about by default
+
+    def evaluate(self, poses: Any) -> np.ndarray:
+        """Costs (N,) in [0, 2]; a batch costs less than its parts. Every view needs an image."""
+        return self._session.evaluate(poses)
 
     def linearize(self, poses: Any, centre_ct_mm: Optional[Sequence[float]] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Costs (N,), gradients (N, 6) and Gauss-Newton matrices (N, 6, 6) at poses (N, 4, 4), with respect to a twist (rad, mm) in
-        world about the point centre_ct_mm of the volume (default: the middle of its grid)."""
-        return super().linearize(poses, self.centre if centre_ct_mm is None else centre_ct_mm)
+        """Costs (N,), gradients (N, 6) and Gauss-Newton matrices (N, 6, 6) with respect to a twist (rad, mm) in world about the point
+        centre_ct_mm of the volume (default: centre); raylign.move goes along it."""
+        return self._session.linearize(poses, self.centre if centre_ct_mm is None else centre_ct_mm)
 
-    def with_views(self, views: Any, *, metric: str = "gc", sigma_px: Optional[float] = None) -> "_native.Session":
-        """A session of other views on the same resident volume."""
-        return self._with_views(as_views(views, needs_images=False), dict(metric=metric, sigma_px=sigma_px))
+    def render(self, pose: Any, view: int = 0) -> np.ndarray:
+        """The DRR of one view at one pose, (rows, columns) float32: line integrals."""
+        return self._session.render(pose, view)
+
+    def set_weights(self, weights: Sequence[Any]) -> None:
+        """One image of weights per view, finite and not negative, until the next call; pixels that masks exclude stay excluded."""
+        self._session.set_weights(weights)
+
+    def with_views(self, views: Any, *, metric: str = "gc", sigma_px: Optional[float] = None) -> "Session":
+        """A session of other views on the same resident volume: for the next frame."""
+        other = object.__new__(Session)
+        other._session = self._session.with_views(as_views(views, needs_images=False), dict(metric=metric, sigma_px=sigma_px))
+        other.centre = self.centre
+        return other
+
+    @property
+    def view_count(self) -> int:
+        return self._session.view_count
+
+    @property
+    def volume_bytes(self) -> int:
+        """What the backend's own copy of the volume takes."""
+        return self._session.volume_bytes
+
+    @property
+    def evaluations(self) -> int:
+        """Poses evaluated so far."""
+        return self._session.evaluations
+
+    @property
+    def backend(self) -> Backend:
+        return self._session.backend
 
 
 def drr(volume: Any, views: Any, poses: Any, backend: Union[str, Backend] = "auto", *, projector: Optional[str] = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from numbers import Integral
 from typing import Any, Iterable, Iterator, Optional, Sequence, Union
 
 import numpy as np
@@ -53,7 +54,8 @@ def track(volume: Any, frames: Iterable[Any], start: Optional[Any] = None, backe
     tracker: Optional[Tracker] = None
     waiting: list[int] = []
     for count, item in enumerate(frames):
-        number, views = item if isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], int) else (count, item)
+        numbered = isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], Integral)
+        number, views = (int(item[0]), item[1]) if numbered else (count, item)
         if views is None and tracker is None and start is None:
             waiting.append(number)  # told when the first views say where to begin
             continue
