@@ -4,6 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . .ci/setup.sh
+export PYTHONDONTWRITEBYTECODE=1
 need_packages mkdocs
 
 program=${RAYLIGN:-build/bin/raylign}
