@@ -1,5 +1,6 @@
 #include "apps/shared/help.h"
 
+#include "apps/shared/build_info.h"
 #include "raylign/version.h"
 
 namespace raylign::detail::apps {
@@ -17,11 +18,15 @@ public:
 
 }  // namespace
 
+std::string version_line() {
+    return std::string("raylign " RAYLIGN_VERSION " (commit ") + build_commit() + ", " + build_options() + ")";
+}
+
 void set_up_program(CLI::App& app) {
     app.name("raylign");
     app.description("Finds where a CT stands in X-ray images: 2-D/3-D rigid registration.");
     app.formatter(std::make_shared<Layout>());
-    app.set_version_flag("--version", "raylign " RAYLIGN_VERSION, "Print the version and exit");
+    app.set_version_flag("--version", version_line(), "Print version, commit and what was built in, and exit");
     app.set_help_flag("-h,--help", "Print this help and exit");
     app.get_formatter()->label("SUBCOMMAND", "COMMAND");
     app.get_formatter()->label("Positionals", "What to make");

@@ -12,6 +12,7 @@ namespace raylign::detail::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::MatchesRegex;
 using testing::Not;
 
 TEST(Help, NamesEveryCommandOnOneScreen) {
@@ -62,10 +63,11 @@ TEST(Help, RegisterGroupsItsOptions) {
     }
 }
 
-TEST(Version, IsPrintedAlone) {
+TEST(Version, NamesCommitAndOptions) {
     const ProgramResult result = run_raylign({"--version"});
     EXPECT_EQ(result.exit_code, 0);
-    EXPECT_EQ(result.out, "raylign " RAYLIGN_VERSION "\n");
+    EXPECT_THAT(result.out,
+                MatchesRegex("raylign " RAYLIGN_VERSION " \\(commit ([0-9a-f]+|unknown), .*[a-z+]+ [0-9.]+\\)\n"));
 }
 
 TEST(Info, ListsBackendsForPeople) {
