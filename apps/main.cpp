@@ -25,7 +25,7 @@ namespace {
 std::string usage_problem(const CLI::App& app, const std::string& found, int argc, char** argv) {
     if (!app.get_subcommands().empty() || argc < 2 || argv[1][0] == '-') return found + " (--help lists the options)";
     std::vector<std::string> valid;
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App* any) { return !any->get_group().empty(); })) {
         valid.push_back(command->get_name());
     }
     return raylign::detail::bad_value("command", argv[1], "one of " + raylign::detail::joined(valid)).what();
@@ -64,6 +64,7 @@ int run(int argc, char** argv) {
         raylign::detail::apps::add_poses_command(app, job);
         raylign::detail::apps::add_import_command(app, job);
         raylign::detail::apps::add_info_command(app, job);
+        raylign::detail::apps::add_generate_command(app, job);
         app.parse(argc, argv);
         const int code = job({raylign::detail::apps::quote_for_shell({argv, argv + argc})});
         if (std::cout.flush()) return code;

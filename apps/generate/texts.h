@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/generate/option_tables.h"
+
+namespace raylign::detail::apps {
+
+struct GeneratedFile {
+    std::string name, text;
+};
+
+/// raylign.1 and raylign-COMMAND.1 of each command, for man.
+[[nodiscard]] std::vector<GeneratedFile> man_pages(const ProgramTable& table);
+
+/// What completes commands, options, their values and files in a shell.
+[[nodiscard]] GeneratedFile bash_completion(const ProgramTable& table);
+[[nodiscard]] GeneratedFile zsh_completion(const ProgramTable& table);
+[[nodiscard]] GeneratedFile fish_completion(const ProgramTable& table);
+
+}  // namespace raylign::detail::apps
