@@ -64,6 +64,7 @@ int run(int argc, char** argv) {
         raylign::detail::apps::add_poses_command(app, job);
         raylign::detail::apps::add_import_command(app, job);
         raylign::detail::apps::add_info_command(app, job);
+        raylign::detail::apps::add_help_command(app, job);
         raylign::detail::apps::add_generate_command(app, job);
         app.parse(argc, argv);
         const int code = job({raylign::detail::apps::quote_for_shell({argv, argv + argc})});

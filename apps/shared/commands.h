@@ -20,6 +20,7 @@ void add_geometry_command(CLI::App& app, Job& job);
 void add_poses_command(CLI::App& app, Job& job);
 void add_import_command(CLI::App& app, Job& job);
 void add_info_command(CLI::App& app, Job& job);
+void add_help_command(CLI::App& app, Job& job);
 void add_generate_command(CLI::App& app, Job& job);
 void add_phantom_command(CLI::App& app, Job& job);
 void add_track_command(CLI::App& app, Job& job);

@@ -36,7 +36,7 @@ void set_up_program(CLI::App& app) {
         "  raylign phantom spine -o spine.mha\n"
         "  raylign drr -v spine.mha --attenuation --views views.json --pose pose.json -o xrays\n"
         "  raylign register -v spine.mha --attenuation --views xrays/views.json -o result\n"
-        "`raylign COMMAND --help` lists the options of a command.\n"
+        "`raylign COMMAND --help` lists the options of a command, `raylign help` the topics of the manual in short.\n"
         "Exit codes: 0 done, 1 ran but is doubtful, 2 bad input or usage, 3 backend not available, 4 done but "
         "standard\n"
         "output failed, 130 interrupted.");

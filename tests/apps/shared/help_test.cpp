@@ -18,7 +18,7 @@ using testing::Not;
 TEST(Help, NamesEveryCommandOnOneScreen) {
     const ProgramResult result = run_raylign({"--help"});
     EXPECT_EQ(result.exit_code, 0);
-    for (const char* command : {"register", "drr", "phantom", "geometry", "poses", "import", "info"})
+    for (const char* command : {"register", "drr", "phantom", "geometry", "poses", "import", "info", "help"})
         EXPECT_THAT(result.out, HasSubstr(command));
     EXPECT_LE(std::count(result.out.begin(), result.out.end(), '\n'), 30);
     EXPECT_EQ(result.err, "");
@@ -53,7 +53,7 @@ TEST_P(HelpOf, NamesTheDefaultOfEveryOptionThatIsNotRequired) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, HelpOf,
-                         testing::Values("register", "drr", "phantom", "geometry", "poses", "import", "info"),
+                         testing::Values("register", "drr", "phantom", "geometry", "poses", "import", "info", "help"),
                          [](const auto& named) { return std::string(named.param); });
 
 TEST(Help, RegisterGroupsItsOptions) {
@@ -104,7 +104,7 @@ TEST(Usage, AnUnknownCommandListsTheValidOnes) {
     const ProgramResult result = run_raylign({"regster"});
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_THAT(result.err, HasSubstr("regster"));
-    for (const char* command : {"register", "drr", "phantom", "geometry", "poses", "import", "info"})
+    for (const char* command : {"register", "drr", "phantom", "geometry", "poses", "import", "info", "help"})
         EXPECT_THAT(result.err, HasSubstr(command));
 }
 
