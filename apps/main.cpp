@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
         raylign::detail::apps::add_info_command(app, job);
         raylign::detail::apps::add_help_command(app, job);
         raylign::detail::apps::add_generate_command(app, job);
+        raylign::detail::apps::add_slicer_flag(app);
         app.parse(argc, argv);
         const int code = job({raylign::detail::apps::quote_for_shell({argv, argv + argc})});
         if (std::cout.flush()) return code;

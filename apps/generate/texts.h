@@ -19,4 +19,8 @@ struct GeneratedFile {
 [[nodiscard]] GeneratedFile zsh_completion(const ProgramTable& table);
 [[nodiscard]] GeneratedFile fish_completion(const ProgramTable& table);
 
+/// `register` as a command-line module of 3D Slicer, in its XML. `command`: the table of `register`.
+/// Source: https://www.slicer.org/wiki/Documentation/Nightly/Developers/SlicerExecutionModel
+[[nodiscard]] std::string slicer_module(const CommandTable& command);
+
 }  // namespace raylign::detail::apps

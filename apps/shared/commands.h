@@ -22,6 +22,8 @@ void add_import_command(CLI::App& app, Job& job);
 void add_info_command(CLI::App& app, Job& job);
 void add_help_command(CLI::App& app, Job& job);
 void add_generate_command(CLI::App& app, Job& job);
+/// `register --xml`: what 3D Slicer asks a command-line module for. After the commands.
+void add_slicer_flag(CLI::App& app);
 void add_phantom_command(CLI::App& app, Job& job);
 void add_track_command(CLI::App& app, Job& job);
 void add_study_command(CLI::App& app, Job& job);
