@@ -59,7 +59,7 @@ TEST(Verdict, DoubtsAPartThatIsHardlySeen) {
     RegistrationResult result;
     result.content = Content::part;
     result.cost_initial = 1;
-    result.view_costs = {0.4, 0.4};
+    result.view_costs = {0.3, 0.3};
     result.overlap = {1, 0.45};
     const auto reasons = doubts(result, views, {}, {});
     ASSERT_EQ(reasons.size(), 1u);
