@@ -18,7 +18,7 @@ namespace {
 constexpr double kWeakCost_whole = 0.4;
 constexpr double kWeakCost_part = 0.8;    // other tissue is expected, but this is what unrelated edges reach
 constexpr double kWeakCost_found = 0.65;  // of a part that was found anywhere: of so many places some fit by chance
-constexpr double kMostCovered = 0.7;      // of the image: little is left for other tissue, so it is judged as a whole
+constexpr double kMostCovered = 0.7;      // of the image: little is left for other tissue to explain
 constexpr double kOpposite = 1.2;         // worse than unrelated
 constexpr double kTestedShift_mm = 60;    // how far starts without a search have been tested
 constexpr double kTestedTurn_rad = 0.8;   // 45 degrees
