@@ -118,8 +118,14 @@ public:
         watch.raise(py::cast(found));
         return found;
     }
-    TrackFrame skip(int frame, const std::string& reason) { return tracker_->skip(frame, reason); }
-    [[nodiscard]] Eigen::Matrix4d predicted(int frame) const { return matrix_of(tracker_->predicted(frame)); }
+    TrackFrame skip(int frame, const std::string& reason) {
+        const AtWork at_work(*backend_);
+        return tracker_->skip(frame, reason);
+    }
+    [[nodiscard]] Eigen::Matrix4d predicted(int frame) const {
+        const AtWork at_work(*backend_);
+        return matrix_of(tracker_->predicted(frame));
+    }
 
 private:
     std::shared_ptr<Volume> volume_;
