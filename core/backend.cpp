@@ -62,6 +62,10 @@ void check_source(const RayFrame& frame) {
                     "below 1e9 voxels", "pose " + std::to_string(frame.pose) + ", view " + std::to_string(frame.view));
 }
 
+void check_centre(const Eigen::Vector3d& centre_ct_mm) {
+    if (!centre_ct_mm.allFinite()) throw bad_value("rotation centre", vector_text(centre_ct_mm) + " mm", "finite");
+}
+
 constexpr std::size_t kChunk = 4096;
 
 /// Infinite and NaN have all bits of the exponent set. No branch and no floating point, so that compilers make vectors
@@ -188,7 +192,11 @@ const FixedChannels& Session::fixed_channels(std::size_t view) const {
 }
 
 std::vector<Image> Session::moving_channels(const RigidTransform& world_from_ct, std::size_t view) {
-    return detail::moving_channels(render(world_from_ct, view), similarity_);
+    return channels_of(render(world_from_ct, view));
+}
+
+std::vector<Image> Session::channels_of(const Image& image) const {
+    return detail::moving_channels(image, similarity_);
 }
 
 std::vector<RayFrame> Session::frames_for(std::span<const RigidTransform> world_from_ct) const {
@@ -250,7 +258,7 @@ void Session::linearize_views(std::span<const RigidTransform> world_from_ct, con
                         std::to_string(world_from_ct.size() * view_count()) + ", one for each pose and view");
     }
     if (fixed_.empty()) throw Error("linearize: every view needs an image");
-    if (!centre_ct_mm.allFinite()) throw bad_value("rotation centre", vector_text(centre_ct_mm) + " mm", "finite");
+    check_centre(centre_ct_mm);
     const std::vector<RayFrame> frames = frames_for(world_from_ct);
     std::vector<RayFrameDerivatives> derivatives;
     derivatives.reserve(frames.size());
@@ -269,11 +277,24 @@ void Session::linearize_views(std::span<const RigidTransform> world_from_ct, con
     }
 }
 
-Image Session::render(const RigidTransform& world_from_ct, std::size_t view) {
+void Session::check_view_index(std::size_t view) const {
     if (view >= view_count()) {
         throw bad_value("view", std::to_string(view), "below " + std::to_string(view_count()));
     }
+}
+
+Image Session::render(const RigidTransform& world_from_ct, std::size_t view) {
+    check_view_index(view);
     return render_frame(frames_for({&world_from_ct, 1})[view]);
+}
+
+DrrWithDerivatives Session::render_with_derivatives(const RigidTransform& world_from_ct,
+                                                    const Eigen::Vector3d& centre_ct_mm, std::size_t view) {
+    check_view_index(view);
+    check_centre(centre_ct_mm);
+    const RayFrame frame = frames_for({&world_from_ct, 1})[view];
+    return render_frame(frame,
+                        make_ray_frame_derivatives(grid_, views_[view], world_from_ct, world_from_ct * centre_ct_mm));
 }
 
 void Session::for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) {

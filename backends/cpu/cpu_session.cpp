@@ -298,4 +298,27 @@ Image CpuSession::render_frame(const RayFrame& frame) {
     return drr;
 }
 
+DrrWithDerivatives CpuSession::render_frame(const RayFrame& frame, const RayFrameDerivatives& derivatives) {
+    make_layouts_for(frame);
+    const auto start = Clock::now();
+    const ViewPlan& view = views_[frame.view];
+    const FrameDerivatives floats = frame_derivatives(derivatives);
+    images_.resize(std::max(images_.size(), (1 + kParameters) * image_floats_));
+    workers_.run(view.tiles(), [&](std::size_t tile, int thread) {
+        cast_tile(frame, &floats, static_cast<int>(tile), images_.data(), view.stride, false, slots_[thread]);
+    });
+    const auto image = [&](int i) {
+        Image out(view.size_px.x(), view.size_px.y());
+        const float* row = images_.data() + i * image_floats_;
+        for (int y = 0; y < out.height; ++y, row += view.stride) {
+            std::copy_n(row, out.width, out.pixels.begin() + static_cast<std::ptrdiff_t>(y) * out.width);
+        }
+        return out;
+    };
+    DrrWithDerivatives drr{image(0), {}};
+    for (int i = 0; i < kParameters; ++i) drr.derivatives[i] = image(1 + i);
+    share_time(seconds_since(start));
+    return drr;
+}
+
 }  // namespace raylign::detail::cpu

@@ -116,6 +116,14 @@ Image PipelineSession<AnyPipeline>::render_frame(const RayFrame& frame) {
     return image;
 }
 
+template <class AnyPipeline>
+DrrWithDerivatives PipelineSession<AnyPipeline>::render_frame(const RayFrame& frame,
+                                                              const RayFrameDerivatives& derivatives) {
+    DrrWithDerivatives drr;
+    timed([&] { drr = pipeline_->render(frame, derivatives); });
+    return drr;
+}
+
 template class PipelineSession<Pipeline>;
 template class PipelineSession<PaperPipeline>;
 

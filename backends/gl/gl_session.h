@@ -32,6 +32,7 @@ protected:
     void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
                     std::span<JacobianSums> sums) override;
     Image render_frame(const RayFrame& frame) override;
+    DrrWithDerivatives render_frame(const RayFrame& frame, const RayFrameDerivatives& derivatives) override;
     void weights_changed() override;
 
 private:

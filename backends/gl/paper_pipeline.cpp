@@ -51,6 +51,10 @@ PaperPipeline::SliceRange shells(const RayFrame& frame, const VoxelGrid& grid, c
             static_cast<int>(std::min(std::ceil(farthest_mm / step_mm), kMostSteps)) + 1};
 }
 
+Error no_derivatives() {
+    return Error("gl-2006 has no analytic derivatives, like the paper: use --method steepest-descent, or --backend gl");
+}
+
 }  // namespace
 
 PaperPipeline::PaperPipeline(DeviceScene scene, const PaperOptions& options)
@@ -226,10 +230,7 @@ void PaperPipeline::sum_on_host(const ViewTargets& view, std::size_t view_index,
 
 std::span<const double> PaperPipeline::run(std::span<const RayFrame> frames,
                                            std::span<const RayFrameDerivatives> derivatives) {
-    if (!derivatives.empty()) {
-        throw Error(
-            "gl-2006 has no analytic derivatives, like the paper: use --method steepest-descent, or --backend gl");
-    }
+    if (!derivatives.empty()) throw no_derivatives();
     begin(frames);
     const int count = static_cast<int>(frames.size()) * channels_;
     sums_.assign(count * kMomentCount, 0);
@@ -256,6 +257,8 @@ std::span<const double> PaperPipeline::run(std::span<const RayFrame> frames,
     context_.check("reading the sums");
     return sums_;
 }
+
+DrrWithDerivatives PaperPipeline::render(const RayFrame&, const RayFrameDerivatives&) { throw no_derivatives(); }
 
 Image PaperPipeline::render(const RayFrame& frame) {
     begin({&frame, 1});

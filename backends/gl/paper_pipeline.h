@@ -45,6 +45,7 @@ public:
     [[nodiscard]] std::span<const double> run(std::span<const RayFrame> frames,
                                               std::span<const RayFrameDerivatives> derivatives);
     [[nodiscard]] Image render(const RayFrame& frame);
+    [[nodiscard]] static DrrWithDerivatives render(const RayFrame& frame, const RayFrameDerivatives& derivatives);
     void upload_fixed();
 
 private:

@@ -34,6 +34,7 @@ public:
     [[nodiscard]] std::span<const double> run(std::span<const RayFrame> frames,
                                               std::span<const RayFrameDerivatives> derivatives);
     [[nodiscard]] Image render(const RayFrame& frame);
+    [[nodiscard]] DrrWithDerivatives render(const RayFrame& frame, const RayFrameDerivatives& derivatives);
     void upload_fixed();
 
 private:
@@ -58,6 +59,8 @@ private:
     void fit_totals(const Job& job);
     [[nodiscard]] double time_ms(Stage stage);
     void run_chunk(const Job& job, const Chunk& chunk);
+    void cast_only(const Job& job, std::span<const RayFrameDerivatives> derivatives);
+    [[nodiscard]] Image read_image(std::size_t image, const Eigen::Vector2i& size_px);
     void cast_rows(const Job& job, const Chunk& chunk, const Rows& rows);
     void filter(const Job& job, const Chunk& chunk);
     void total(const Job& job, const Chunk& chunk);

@@ -118,21 +118,39 @@ std::span<const double> Pipeline::run(std::span<const RayFrame> frames,
     return {mapped_sums_, frames.size() * job.sums_per_frame};
 }
 
-Image Pipeline::render(const RayFrame& frame) {
-    const Job job{.frames = {&frame, 1}, .sums = false};
-    upload_frames(job.frames, {});
+/// The images of the job's one frame, left in images_.
+void Pipeline::cast_only(const Job& job, std::span<const RayFrameDerivatives> derivatives) {
+    upload_frames(job.frames, derivatives);
     need_layouts(job.frames, job.derivatives);
     need_work(job, 1);
     bind(job);
     run_chunk(job, chunks_of(job).front());
     context_.gl().MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     context_.wait("casting rays");
-    Image image(sizes_px_[frame.view].x(), sizes_px_[frame.view].y());
-    const std::size_t bytes = image.pixels.size() * sizeof(float);
-    context_.gl().GetNamedBufferSubData(images_.id(), 0, static_cast<GLsizeiptr>(bytes), image.pixels.data());
+}
+
+Image Pipeline::read_image(std::size_t image, const Eigen::Vector2i& size_px) {
+    Image result(size_px.x(), size_px.y());
+    const std::size_t bytes = result.pixels.size() * sizeof(float);
+    context_.gl().GetNamedBufferSubData(images_.id(), static_cast<GLintptr>(image * image_floats_ * sizeof(float)),
+                                        static_cast<GLsizeiptr>(bytes), result.pixels.data());
     bytes_to_host_ += bytes;
     context_.check("reading an image");
-    return image;
+    return result;
+}
+
+Image Pipeline::render(const RayFrame& frame) {
+    cast_only({.frames = {&frame, 1}, .sums = false}, {});
+    return read_image(0, sizes_px_[frame.view]);
+}
+
+DrrWithDerivatives Pipeline::render(const RayFrame& frame, const RayFrameDerivatives& derivatives) {
+    cast_only({.frames = {&frame, 1}, .derivatives = true, .images_per_frame = 7, .sums = false}, {&derivatives, 1});
+    DrrWithDerivatives result{read_image(0, sizes_px_[frame.view]), {}};
+    for (std::size_t i = 0; i < result.derivatives.size(); ++i) {
+        result.derivatives[i] = read_image(1 + i, sizes_px_[frame.view]);
+    }
+    return result;
 }
 
 void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {

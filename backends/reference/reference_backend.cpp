@@ -180,6 +180,10 @@ protected:
         return drr;
     }
 
+    DrrWithDerivatives render_frame(const RayFrame& frame, const RayFrameDerivatives& derivatives) override {
+        return {render_frame(frame), render_derivatives(frame, derivatives)};
+    }
+
 private:
     template <class Visit>
     double march(const RayFrame& frame, const Eigen::Vector3d& ray, const Visit& visit) const {

@@ -51,6 +51,13 @@ struct Scene {
     Similarity similarity;
 };
 
+/// The DRR of one view, and what it changes by with each pose parameter: a rotation [rad] about x, y, z, then a shift
+/// [mm] along them, all of the world. Line integrals, and those per rad and per mm.
+struct DrrWithDerivatives {
+    Image drr;
+    std::array<Image, 6> derivatives;
+};
+
 /// Seconds spent in each stage since the Session was made: the rows of the paper's Table 2. With several threads the
 /// stages share the wall time in proportion to the time that the threads spent in them.
 struct SessionTiming {
@@ -105,6 +112,14 @@ public:
     /// The DRR of one view: line integrals, one per pixel of its camera. Throws Error for a non-finite pose.
     [[nodiscard]] Image render(const RigidTransform& world_from_ct, std::size_t view);
 
+    /// The same with its derivatives with respect to a twist about the point `centre_ct_mm`, as in linearize. Counts as
+    /// no linearization. Throws Error as render does, for a centre that is not finite, and where the backend has no
+    /// derivatives.
+    [[nodiscard]] DrrWithDerivatives render_with_derivatives(const RigidTransform& world_from_ct,
+                                                             const Eigen::Vector3d& centre_ct_mm, std::size_t view);
+    /// Any image of a view's size as the metric sees it: one image per channel, not weighted. Linear in the image.
+    [[nodiscard]] std::vector<Image> channels_of(const Image& image) const;
+
     /// A Session of other views on the same resident volume, with the render settings of this one: the volume is not
     /// read, copied or uploaded again. Same bits as a fresh Backend::prepare. Sessions that share a volume may end in
     /// any order but belong to one thread. Throws Error as prepare does for views that it refuses.
@@ -138,6 +153,8 @@ protected:
                             std::span<const detail::RayFrameDerivatives> derivatives,
                             std::span<detail::JacobianSums> sums) = 0;
     virtual Image render_frame(const detail::RayFrame& frame) = 0;
+    virtual DrrWithDerivatives render_frame(const detail::RayFrame& frame,
+                                            const detail::RayFrameDerivatives& derivatives) = 0;
     /// The weights in fixed() have changed: backends that keep copies renew them.
     virtual void weights_changed() = 0;
 
@@ -150,6 +167,7 @@ protected:
 
 private:
     void take_views(std::span<const View> views);
+    void check_view_index(std::size_t view) const;
     [[nodiscard]] std::vector<detail::RayFrame> frames_for(std::span<const RigidTransform> world_from_ct) const;
 
     VoxelGrid grid_;

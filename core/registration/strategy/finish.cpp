@@ -6,6 +6,7 @@
 #include "core/registration/strategy/domain.h"
 #include "core/registration/trust/confidence.h"
 #include "core/registration/trust/model_error.h"
+#include "core/registration/trust/pose_sums.h"
 #include "core/registration/trust/view_agreement.h"
 
 namespace raylign::detail {
@@ -50,22 +51,40 @@ void explained_on(Run& run, Level& level) {
 
 namespace {
 
-/// What each view would like its camera to be, against the others.
-void compare(Run& run, Level& level, const EvidenceScale& scale) {
-    RegistrationResult& result = run.result;
-    if (!run.options.compare_views || run.views.size() < 2) return;
-    if (result.content == Content::part) return;  // other tissue pulls each view its own way
-    const LevelProblem problem = level.problem(result.world_from_ct, true);
-    const std::vector<double> costs = costs_of_views(level.session(), result.world_from_ct);
-    const std::vector<ViewCorrection> corrections =
-        compare_views(problem, result.world_from_ct, scale, model_shifts_of_views(level, result.world_from_ct, costs));
-    for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
-}
-
 /// The only view's line of sight to the object, in world.
 Eigen::Vector3d depth_axis(const Run& run) {
     const Eigen::Vector3d centre_mm = run.result.world_from_ct * run.extent.centre_ct_mm;
     return (centre_mm - source_world_mm(run.views.front().geometry)).normalized();
+}
+
+std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level) {
+    const LevelProblem problem = level.problem(run.result.world_from_ct, false);
+    return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch);
+}
+
+std::vector<double> shares_of(const Session& session) {
+    std::vector<double> shares;
+    for (std::size_t v = 0; v < session.view_count(); ++v) shares.push_back(session.view_share(v));
+    return shares;
+}
+
+/// How sure the pose is, and what each view would like its camera to be against the others. Both on the coarser level,
+/// where there is one: its steps are what all pixels agree on.
+void estimate_error(Run& run, Level& level, Level* coarser, double calibration) {
+    RegistrationResult& result = run.result;
+    const std::vector<double> shares = shares_of(level.session());
+    const std::vector<ViewSums> sums = sums_at_the_pose(run, level);
+    const std::vector<ViewSums> coarse_sums = coarser ? sums_at_the_pose(run, *coarser) : sums;
+    const double radius_mm = run.extent.radius_mm;
+    result.confidence = jackknife(coarse_sums, shares, radius_mm, calibration);
+    add_model_error(result.confidence, model_shifts(sums, shares, result.cost_final), radius_mm);
+    if (run.views.size() == 1) split_by_depth(result.confidence, depth_axis(run));
+    if (!run.options.compare_views || run.views.size() < 2) return;
+    if (result.content == Content::part) return;  // other tissue pulls each view its own way
+    const EvidenceScale scale = evidence_scale(calibration, level.plan().pixel_at_object_mm);
+    const std::vector<ViewCorrection> corrections =
+        compare_views(coarse_sums, shares, scale, radius_mm, result.world_from_ct * run.extent.centre_ct_mm);
+    for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
 }
 
 /// What the finest level owes once its minimum is found: robust weights, costs, expected error.
@@ -81,12 +100,7 @@ void finish(Run& run, Level& level, Level* coarser) {
     result.cost_final = level.report().cost_final;
     if (result.method != Method::gauss_newton) return;
     const double calibration = wants_robust_weights(run, level) ? kCalibration_mismatch : kCalibration_explained;
-    Level& used = coarser ? *coarser : level;
-    result.confidence = jackknife(used.problem(result.world_from_ct, false), result.world_from_ct, calibration);
-    compare(run, used, evidence_scale(calibration, level.plan().pixel_at_object_mm));
-    add_model_error(result.confidence, model_shifts(level, result.world_from_ct, result.cost_final),
-                    run.extent.radius_mm);
-    if (run.views.size() == 1) split_by_depth(result.confidence, depth_axis(run));
+    estimate_error(run, level, coarser, calibration);
 }
 
 void decide_fine_finish(Run& run, double cost) {

@@ -12,6 +12,7 @@
 #include "core/registration/strategy/finish.h"
 #include "core/registration/strategy/joint_views.h"
 #include "core/registration/trust/confidence.h"
+#include "core/registration/trust/pose_sums.h"
 #include "core/registration/trust/view_agreement.h"
 
 namespace raylign::detail {
@@ -78,8 +79,9 @@ JointProblem joint_problem(Run& run, Level& level, const CameraFreedom& freedom,
 bool estimate_noise(Run& run, JointProblem& problem, const JointPose& pose, const EvidenceScale& scale) {
     for (std::size_t v = 0; v < problem.views.size(); ++v) {
         JointView& view = problem.views[v];
-        const std::vector<ViewEvidence> evidence = view_evidence(*view.session, pose_in_session(pose, view, v),
-                                                                 run.extent.centre_ct_mm, scale, problem.before_batch);
+        const std::vector<ViewSums> sums =
+            pose_sums(*view.session, pose_in_session(pose, view, v), run.extent.centre_ct_mm, problem.before_batch);
+        const std::vector<ViewEvidence> evidence = view_evidence(sums, scale);
         if (!evidence.front().is_estimated) return false;
         view.noise = evidence.front().noise;
     }

@@ -4,64 +4,26 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 
 namespace raylign::detail {
 namespace {
 
-constexpr int kBlocksPerSide = 8;
-
-/// The group of each block: every group appears in each half of the rows and columns, shifted from view to view.
-int group_of(int block_x, int block_y, std::size_t view) {
-    return (5 * block_x + 3 * block_y + 7 * static_cast<int>(view)) % kGroups;
-}
-
-struct WeightBox {
-    int x0, y0, x1, y1;
-};
-
-WeightBox box_with_weight(const Image& weights) {
-    WeightBox box{weights.width, weights.height, 0, 0};
-    for (int y = 0; y < weights.height; ++y) {
-        for (int x = 0; x < weights.width; ++x) {
-            if (!(weights(x, y) > 0)) continue;
-            box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
-        }
-    }
-    return box;
-}
-
-}  // namespace
-
-Image without_group(const Image& weights, int group, std::size_t view) {
-    const WeightBox box = box_with_weight(weights);
-    Image rest = weights;
-    for (int y = box.y0; y < box.y1; ++y) {
-        const int block_y = (y - box.y0) * kBlocksPerSide / (box.y1 - box.y0);
-        for (int x = box.x0; x < box.x1; ++x) {
-            const int block_x = (x - box.x0) * kBlocksPerSide / (box.x1 - box.x0);
-            if (group_of(block_x, block_y, view) == group) rest(x, y) = 0;
-        }
-    }
-    return rest;
-}
-
-namespace {
+constexpr int kShiftPerView = 7;
 
 using Twists = Eigen::Matrix<double, 6, kGroups>;
 
-/// One Gauss-Newton step per group left out.
-Twists steps_without_groups(const LevelProblem& problem, const RigidTransform& world_from_ct,
-                            const std::vector<Image>& weights) {
+/// One Gauss-Newton step per group left out. Groups are shifted from view to view, so that no part of the object is
+/// left out of all.
+Twists steps_without_groups(std::span<const ViewSums> views, std::span<const double> shares) {
     Twists steps;
     for (int group = 0; group < kGroups; ++group) {
-        std::vector<Image> rest;
-        for (std::size_t v = 0; v < weights.size(); ++v) rest.push_back(without_group(weights[v], group, v));
-        problem.session.set_weights(rest);
         Linearization at;
-        problem.before_batch();
-        problem.session.linearize({&world_from_ct, 1}, problem.extent.centre_ct_mm, {&at, 1});
+        for (std::size_t v = 0; v < views.size(); ++v) {
+            const int shifted = (group + (kGroups - kShiftPerView) * static_cast<int>(v % kGroups)) % kGroups;
+            const Linearization& of_view = views[v].without[shifted];
+            at += {shares[v] * of_view.cost, shares[v] * of_view.gradient, shares[v] * of_view.curvature};
+        }
         steps.col(group) = -solve_symmetric(at.curvature, at.gradient);
     }
     return steps;
@@ -84,29 +46,16 @@ void summarise(Confidence& confidence, double radius_mm) {
     confidence.weakest_deg = std::sqrt(std::max(turns.values[2], 0.0)) * 180 / std::numbers::pi;
 }
 
-Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct, double calibration) {
-    std::vector<Image> weights;
-    for (std::size_t v = 0; v < problem.session.view_count(); ++v) {
-        weights.push_back(problem.session.fixed_channels(v).weights);
-    }
+Confidence jackknife(std::span<const ViewSums> views, std::span<const double> shares, double radius_mm,
+                     double calibration) {
     Confidence confidence;
-    Twists steps;
-    try {
-        steps = steps_without_groups(problem, world_from_ct, weights);
-    } catch (const Error& error) {
-        problem.session.set_weights(weights);
-        if (error.kind() != ErrorKind::input) throw;
-        return confidence;  // a group held nearly all pixels
-    } catch (...) {         // the run was stopped
-        problem.session.set_weights(weights);
-        throw;
-    }
-    problem.session.set_weights(weights);
+    if (!std::ranges::all_of(views, &ViewSums::leaves_enough)) return confidence;
+    const Twists steps = steps_without_groups(views, shares);
     if (!steps.allFinite()) return confidence;
     const Twists deviations = steps.colwise() - steps.rowwise().mean();
     confidence.is_estimated = true;
     confidence.covariance = calibration * calibration * (kGroups - 1.0) / kGroups * deviations * deviations.transpose();
-    summarise(confidence, problem.extent.radius_mm);
+    summarise(confidence, radius_mm);
     return confidence;
 }
 

@@ -2,27 +2,20 @@
 
 #include <span>
 
-#include "core/registration/level/methods.h"
 #include "core/registration/trust/model_error.h"
+#include "core/registration/trust/pose_sums.h"
 #include "raylign/result.h"
 
 namespace raylign::detail {
 
-inline constexpr int kGroups = 16;
-/// The weights without the blocks of a group: the box of pixels with weight is cut into 8 x 8 blocks, and every group
-/// has some in each half of the rows and columns, shifted from view to view.
-[[nodiscard]] Image without_group(const Image& weights, int group, std::size_t view);
-
-/// Delete-a-group jackknife [Efron82] [Shao89] over 16 groups of image blocks: with the weights of group g
-/// set to zero, one Gauss-Newton step x_g from the pose;
+/// Delete-a-group jackknife [Efron82] [Shao89] over 16 groups of image blocks (pose_sums.h): with the weights of group
+/// g set to zero, one Gauss-Newton step x_g from the pose;
 ///   covariance = k^2 (G - 1) / G sum_g (x_g - mean) (x_g - mean)^T.
 /// Residuals that hang together within a block (smoothed noise, other anatomy) are thereby counted once, where the
-/// inverse curvature alone would take every pixel for news. Each view's box of pixels with weight is cut into 8 x 8
-/// blocks; a group has blocks of every view, spread over the box. k = `calibration`, fitted on trials
-/// (bench/README.md). 16 linearizations on the session's level; its weights are restored, also where it is
-/// stopped.
-/// Not estimated where a group leaves too little to compare.
-[[nodiscard]] Confidence jackknife(const LevelProblem& problem, const RigidTransform& world_from_ct,
+/// inverse curvature alone would take every pixel for news. A group has blocks of every view. k = `calibration`, fitted
+/// on trials (bench/README.md). `shares`: of the views in the cost. Not estimated where a group leaves too little to
+/// compare.
+[[nodiscard]] Confidence jackknife(std::span<const ViewSums> views, std::span<const double> shares, double radius_mm,
                                    double calibration);
 
 /// Fills in what follows from the covariance, for an object of this radius.

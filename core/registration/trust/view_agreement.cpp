@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"
 #include "core/registration/trust/confidence.h"
@@ -43,20 +42,9 @@ Matrix6 inverse_of_symmetric(const Matrix6& matrix) {
 
 using GroupSteps = Eigen::Matrix<double, 6, kGroups>;
 
-/// Per view one Gauss-Newton step for each group left out.
-std::vector<GroupSteps> steps_of_views(Session& session, const RigidTransform& world_from_ct,
-                                       const Eigen::Vector3d& centre_ct_mm, const std::vector<Image>& weights,
-                                       const std::function<void()>& before_batch) {
-    std::vector<Linearization> at(weights.size());
-    std::vector<GroupSteps> steps(weights.size());
-    for (int group = 0; group < kGroups; ++group) {
-        std::vector<Image> rest;
-        for (const Image& image : weights) rest.push_back(without_group(image, group, 0));
-        session.set_weights(rest);
-        before_batch();
-        session.linearize_views({&world_from_ct, 1}, centre_ct_mm, at);
-        for (std::size_t v = 0; v < at.size(); ++v) steps[v].col(group) = step_of(at[v]);
-    }
+GroupSteps steps_without_groups_of(const ViewSums& view) {
+    GroupSteps steps;
+    for (int group = 0; group < kGroups; ++group) steps.col(group) = step_of(view.without[group]);
     return steps;
 }
 
@@ -146,29 +134,12 @@ EvidenceScale evidence_scale(double calibration, double pixel_at_object_mm) {
     return {calibration, (is_explained ? kDisplacedExplained_px : kDisplaced_px) * pixel_at_object_mm};
 }
 
-std::vector<ViewEvidence> view_evidence(Session& session, const RigidTransform& world_from_ct,
-                                        const Eigen::Vector3d& centre_ct_mm, const EvidenceScale& scale,
-                                        const std::function<void()>& before_batch) {
-    const std::size_t views = session.view_count();
-    std::vector<Image> weights;
-    for (std::size_t v = 0; v < views; ++v) weights.push_back(session.fixed_channels(v).weights);
-    std::vector<Linearization> at(views);
-    before_batch();
-    session.linearize_views({&world_from_ct, 1}, centre_ct_mm, at);
-    std::vector<GroupSteps> steps;
-    try {
-        steps = steps_of_views(session, world_from_ct, centre_ct_mm, weights, before_batch);
-    } catch (const Error& error) {
-        session.set_weights(weights);
-        if (error.kind() != ErrorKind::input) throw;
-        return std::vector<ViewEvidence>(views);  // a group held nearly all pixels
-    } catch (...) {                               // the run was stopped
-        session.set_weights(weights);
-        throw;
+std::vector<ViewEvidence> view_evidence(std::span<const ViewSums> views, const EvidenceScale& scale) {
+    std::vector<ViewEvidence> evidence(views.size());
+    if (!std::ranges::all_of(views, &ViewSums::leaves_enough)) return evidence;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        evidence[v] = evidence_of(views[v].all, steps_without_groups_of(views[v]), scale);
     }
-    session.set_weights(weights);
-    std::vector<ViewEvidence> evidence;
-    for (std::size_t v = 0; v < views; ++v) evidence.push_back(evidence_of(at[v], steps[v], scale));
     return evidence;
 }
 
@@ -190,24 +161,19 @@ std::vector<ViewCorrection> view_corrections(std::span<const ViewEvidence> evide
     return corrections;
 }
 
-std::vector<ViewCorrection> compare_views(const LevelProblem& problem, const RigidTransform& world_from_ct,
-                                          const EvidenceScale& scale,
-                                          std::span<const std::vector<ModelShift>> model_shifts) {
-    Session& session = problem.session;
-    std::vector<ViewEvidence> evidence =
-        view_evidence(session, world_from_ct, problem.extent.centre_ct_mm, scale, problem.before_batch);
-    std::vector<double> shares;
+std::vector<ViewCorrection> compare_views(std::span<const ViewSums> views, std::span<const double> shares,
+                                          const EvidenceScale& scale, double radius_mm,
+                                          const Eigen::Vector3d& centre_world_mm) {
+    std::vector<ViewEvidence> evidence = view_evidence(views, scale);
+    const std::vector<std::vector<ModelShift>> shifts = model_shifts_of_views(views);
     for (std::size_t v = 0; v < evidence.size(); ++v) {
-        shares.push_back(session.view_share(v));
         if (!evidence[v].is_estimated) continue;
-        for (const ModelShift& shift : model_shifts[v]) {
+        for (const ModelShift& shift : shifts[v]) {
             evidence[v].covariance += std::pow(kModelCalibration, 2) * shift.twist * shift.twist.transpose();
         }
     }
-    std::vector<ViewCorrection> corrections = view_corrections(evidence, shares, problem.extent.radius_mm);
-    for (ViewCorrection& correction : corrections) {
-        correction.centre_world_mm = world_from_ct * problem.extent.centre_ct_mm;
-    }
+    std::vector<ViewCorrection> corrections = view_corrections(evidence, shares, radius_mm);
+    for (ViewCorrection& correction : corrections) correction.centre_world_mm = centre_world_mm;
     return corrections;
 }
 

@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/registration/level/methods.h"
-#include "core/registration/trust/model_error.h"
+#include "core/registration/trust/pose_sums.h"
 #include "raylign/result.h"
 #include "raylign/view.h"
 
@@ -33,13 +32,10 @@ struct EvidenceScale {
 /// `pixel_at_object_mm`: of the finest level.
 [[nodiscard]] EvidenceScale evidence_scale(double calibration, double pixel_at_object_mm);
 
-/// The evidence of each view of the session at a pose. The covariance comes from a delete-a-group jackknife over 16
-/// groups of each view's own pixels (as in confidence.h): half of it as it is, half in the shape that the inverse
-/// curvature has, since 15 degrees of freedom tell six axes badly. 17 linearizations; the session's weights are
-/// restored, also where it is stopped.
-[[nodiscard]] std::vector<ViewEvidence> view_evidence(Session& session, const RigidTransform& world_from_ct,
-                                                      const Eigen::Vector3d& centre_ct_mm, const EvidenceScale& scale,
-                                                      const std::function<void()>& before_batch);
+/// The evidence of each view at a pose. The covariance comes from a delete-a-group jackknife over 16 groups of each
+/// view's own pixels (as in confidence.h): half of it as it is, half in the shape that the inverse curvature has, since
+/// 15 degrees of freedom tell six axes badly.
+[[nodiscard]] std::vector<ViewEvidence> view_evidence(std::span<const ViewSums> views, const EvidenceScale& scale);
 
 /// Per view the camera's twist that it would like, against where the others together see the object, under a wide prior
 /// (5 degrees, 30 mm), so that directions that nobody sees stay still. `shares`: of the views in the cost. One
@@ -48,9 +44,10 @@ struct EvidenceScale {
                                                            std::span<const double> shares, double radius_mm);
 
 /// Both for a finished pose, each view's evidence widened by what a DRR does not model (model_error.h).
-[[nodiscard]] std::vector<ViewCorrection> compare_views(const LevelProblem& problem,
-                                                        const RigidTransform& world_from_ct, const EvidenceScale& scale,
-                                                        std::span<const std::vector<ModelShift>> model_shifts);
+/// `centre_world_mm`: of the object, which the corrections turn about.
+[[nodiscard]] std::vector<ViewCorrection> compare_views(std::span<const ViewSums> views, std::span<const double> shares,
+                                                        const EvidenceScale& scale, double radius_mm,
+                                                        const Eigen::Vector3d& centre_world_mm);
 
 /// The correction as numbers: `twist` (rad, mm) with its covariance, and what it would make of the pose.
 [[nodiscard]] ViewCorrection correction_of(const Twist& twist, const Eigen::Matrix<double, 6, 6>& covariance,

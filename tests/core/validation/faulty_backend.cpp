@@ -15,6 +15,8 @@ struct Opened : Session {
     static constexpr Sums kSums = &Opened::accumulate;
     static constexpr Derivatives kDerivatives = &Opened::accumulate;
     static constexpr Image (Session::*kRender)(const RayFrame&) = &Opened::render_frame;
+    static constexpr DrrWithDerivatives (Session::*kRenderDerivatives)(const RayFrame&, const RayFrameDerivatives&) =
+        &Opened::render_frame;
 };
 
 class FaultySession final : public Session {
@@ -49,6 +51,9 @@ protected:
         Image image = (inner_.get()->*Opened::kRender)(bent({&frame, 1}).front());
         if (fault_.in_image) fault_.in_image(image);
         return image;
+    }
+    DrrWithDerivatives render_frame(const RayFrame& frame, const RayFrameDerivatives& derivatives) override {
+        return (inner_.get()->*Opened::kRenderDerivatives)(bent({&frame, 1}).front(), derivatives);
     }
     void weights_changed() override {}
 

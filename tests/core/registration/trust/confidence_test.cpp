@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <numbers>
 
-#include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/base/random.h"
 #include "core/registration/trust/confidence.h"
@@ -27,16 +26,12 @@ struct JackknifeCase {
         make_session();
     }
     void make_session() { session = backend->prepare({volume, views, {}, {Metric::gc, {1.5, 4}}}); }
-    [[nodiscard]] LevelProblem problem(std::function<void()> before_batch = [] {}) const {
-        return {.session = *session,
-                .start_world_from_ct = truth,
-                .extent = extent,
-                .pixel_at_object_mm = 4,
-                .initial_step_mm = 4,
-                .step_tolerance_mm = 0.01,
-                .cost_tolerance = 1e-8,
-                .max_iterations = 20,
-                .before_batch = std::move(before_batch)};
+    [[nodiscard]] std::vector<ViewSums> sums(const std::function<void()>& before_view = [] {}) const {
+        return pose_sums(*session, truth, extent.centre_ct_mm, before_view);
+    }
+    [[nodiscard]] Confidence jackknifed(double calibration) const {
+        return jackknife(sums(), std::vector<double>(views.size(), 1.0 / static_cast<double>(views.size())),
+                         extent.radius_mm, calibration);
     }
     [[nodiscard]] std::vector<std::vector<float>> weights() const {
         std::vector<std::vector<float>> all;
@@ -60,7 +55,7 @@ struct JackknifeCase {
 
 TEST(Jackknife, CovarianceIsSymmetricAndPositive) {
     const JackknifeCase c(0.01);
-    const Confidence confidence = jackknife(c.problem(), c.truth, 1);
+    const Confidence confidence = c.jackknifed(1);
     ASSERT_TRUE(confidence.is_estimated);
     EXPECT_LT((confidence.covariance - confidence.covariance.transpose()).norm(), 1e-12 * confidence.covariance.norm());
     EXPECT_EQ(Eigen::LLT<Matrix6>(confidence.covariance).info(), Eigen::Success);
@@ -68,7 +63,7 @@ TEST(Jackknife, CovarianceIsSymmetricAndPositive) {
 
 TEST(Jackknife, IsSureWhereNothingIsLeftToExplain) {
     const JackknifeCase c;
-    const Confidence confidence = jackknife(c.problem(), c.truth, 1);
+    const Confidence confidence = c.jackknifed(1);
     ASSERT_TRUE(confidence.is_estimated);
     EXPECT_LT(confidence.rim_mm, 1e-3);
 }
@@ -76,21 +71,21 @@ TEST(Jackknife, IsSureWhereNothingIsLeftToExplain) {
 TEST(Jackknife, DoublesWithTheNoise) {
     // To first order in the noise: the steps are linear in it around a perfect match.
     const JackknifeCase one(0.001), two(0.002);
-    const double single_mm = jackknife(one.problem(), one.truth, 1).rim_mm;
+    const double single_mm = one.jackknifed(1).rim_mm;
     EXPECT_GT(single_mm, 1e-3);
-    EXPECT_NEAR(jackknife(two.problem(), two.truth, 1).rim_mm / single_mm, 2, 0.05);
+    EXPECT_NEAR(two.jackknifed(1).rim_mm / single_mm, 2, 0.05);
 }
 
 TEST(Jackknife, CalibrationCountsSquaredInTheCovariance) {
     const JackknifeCase c(0.01);
-    const Confidence one = jackknife(c.problem(), c.truth, 1), three = jackknife(c.problem(), c.truth, 3);
+    const Confidence one = c.jackknifed(1), three = c.jackknifed(3);
     EXPECT_LT((three.covariance - 9 * one.covariance).norm(), 1e-12 * three.covariance.norm());
     EXPECT_NEAR(three.rim_mm, 3 * one.rim_mm, 1e-12 * three.rim_mm);
 }
 
 TEST(Jackknife, SummaryFollowsFromTheCovariance) {
     const JackknifeCase c(0.01);
-    const Confidence found = jackknife(c.problem(), c.truth, 1);
+    const Confidence found = c.jackknifed(1);
     const double turn2 = found.covariance.topLeftCorner<3, 3>().trace();
     const double shift2 = found.covariance.bottomRightCorner<3, 3>().trace();
     EXPECT_NEAR(found.translation_mm * found.translation_mm, shift2, 1e-12 * shift2);
@@ -101,7 +96,7 @@ TEST(Jackknife, SummaryFollowsFromTheCovariance) {
 
 TEST(Jackknife, WeakestDirectionHasTheLargestSigma) {
     const JackknifeCase c(0.01);
-    const Confidence found = jackknife(c.problem(), c.truth, 1);
+    const Confidence found = c.jackknifed(1);
     const Eigen::Matrix3d shift = found.covariance.bottomRightCorner<3, 3>();
     EXPECT_NEAR(found.weakest_direction.norm(), 1, 1e-12);
     const double along = found.weakest_direction.dot(shift * found.weakest_direction);
@@ -109,43 +104,92 @@ TEST(Jackknife, WeakestDirectionHasTheLargestSigma) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_GE(along, shift(axis, axis));
 }
 
-TEST(Jackknife, LinearizesOncePerGroup) {
-    const JackknifeCase c(0.01);
-    int batches = 0;
-    const auto before = c.session->counters().linearizations;
-    (void)jackknife(c.problem([&] { ++batches; }), c.truth, 1);
-    EXPECT_EQ(batches, 16);
-    EXPECT_EQ(c.session->counters().linearizations - before, 16u);
+/// The weights of a view without a group, pixel by pixel.
+Image without_group(const Image& weights, int group) {
+    int x0 = weights.width, y0 = weights.height, x1 = 0, y1 = 0;
+    for (int y = 0; y < weights.height; ++y) {
+        for (int x = 0; x < weights.width; ++x) {
+            if (weights(x, y) == 0) continue;
+            x0 = std::min(x0, x), y0 = std::min(y0, y), x1 = std::max(x1, x + 1), y1 = std::max(y1, y + 1);
+        }
+    }
+    Image rest = weights;
+    for (int y = y0; y < y1; ++y) {
+        for (int x = x0; x < x1; ++x) {
+            if (group_of((x - x0) * 8 / (x1 - x0), (y - y0) * 8 / (y1 - y0)) == group) rest(x, y) = 0;
+        }
+    }
+    return rest;
 }
 
-TEST(Jackknife, LeavesTheWeightsAsTheyWere) {
-    const JackknifeCase c(0.01);
+/// Sums in float against sums in double: relative, of the whole.
+void expect_alike(const Linearization& sums, const Linearization& session, const char* what) {
+    constexpr double kRelative = 2e-5;
+    EXPECT_NEAR(sums.cost, session.cost, kRelative) << what;
+    EXPECT_LT((sums.gradient - session.gradient).norm(), kRelative * std::sqrt(session.curvature.norm())) << what;
+    EXPECT_LT((sums.curvature - session.curvature).norm(), kRelative * session.curvature.norm()) << what;
+}
+
+TEST(PoseSums, AreWhatASessionGivesWithoutEachGroup) {
+    const JackknifeCase c(0.02);
     c.weigh_unevenly();
-    const auto before = c.weights();
-    (void)jackknife(c.problem(), c.truth, 1);
-    EXPECT_EQ(c.weights(), before);
+    const std::vector<ViewSums> sums = c.sums();
+    const std::vector<Image> weights = {c.session->fixed_channels(0).weights, c.session->fixed_channels(1).weights};
+    std::vector<Linearization> at(2);
+    const auto linearize = [&] { c.session->linearize_views({&c.truth, 1}, c.extent.centre_ct_mm, at); };
+    linearize();
+    for (std::size_t v = 0; v < 2; ++v) expect_alike(sums[v].all, at[v], "all");
+    for (int group = 0; group < kGroups; ++group) {
+        c.session->set_weights(std::vector<Image>{without_group(weights[0], group), without_group(weights[1], group)});
+        linearize();
+        for (std::size_t v = 0; v < 2; ++v) expect_alike(sums[v].without[group], at[v], "without a group");
+    }
 }
 
-TEST(Jackknife, LeavesTheWeightsAsTheyWereWhereItIsStopped) {
+TEST(PoseSums, TakeTheDistortedDrrForTheXray) {
+    JackknifeCase c(0.02);
+    const std::vector<ViewSums> sums = c.sums();
+    for (const Distortion distortion : {Distortion::blur, Distortion::scatter, Distortion::hardening}) {
+        std::vector<View> views = c.views;
+        for (std::size_t v = 0; v < 2; ++v) views[v].image = distorted(distortion, c.session->render(c.truth, v));
+        const auto session = c.session->with_views(views, {Metric::gc, {1.5, 4}});
+        std::vector<Linearization> at(2);
+        session->linearize_views({&c.truth, 1}, c.extent.centre_ct_mm, at);
+        for (std::size_t v = 0; v < 2; ++v) {
+            EXPECT_GT(at[v].cost, 1e-5);
+            expect_alike(sums[v].distorted[static_cast<std::size_t>(distortion)], at[v], "distorted");
+        }
+    }
+}
+
+TEST(PoseSums, RenderOnceAndLinearizeNever) {
+    const JackknifeCase c(0.01);
+    int views = 0;
+    const auto before = c.session->counters().linearizations;
+    (void)c.sums([&] { ++views; });
+    EXPECT_EQ(views, 2);
+    EXPECT_EQ(c.session->counters().linearizations, before);
+}
+
+TEST(PoseSums, LeaveTheWeightsAsTheyWereAlsoWhereStopped) {
     struct Stop {};  // like the driver's own, no Error
     const JackknifeCase c(0.01);
     c.weigh_unevenly();
     const auto before = c.weights();
-    int batches = 0;
-    const auto stop = [&] {
-        if (++batches == 5) throw Stop{};
-    };
-    EXPECT_THROW((void)jackknife(c.problem(stop), c.truth, 1), Stop);
+    (void)c.sums();
+    EXPECT_EQ(c.weights(), before);
+    EXPECT_THROW((void)c.sums([] { throw Stop{}; }), Stop);
     EXPECT_EQ(c.weights(), before);
 }
 
-TEST(Jackknife, PassesOnAFaultOfTheBackend) {
-    const JackknifeCase c(0.01);
-    c.weigh_unevenly();
-    const auto before = c.weights();
-    const auto fault = [] { throw Error("the device is gone", ErrorKind::unavailable); };
-    EXPECT_THROW((void)jackknife(c.problem(fault), c.truth, 1), Error);
-    EXPECT_EQ(c.weights(), before);
+TEST(PoseSums, AreTheSameBitsAtAnyNumberOfThreads) {
+    JackknifeCase c(0.01);
+    const Confidence two = c.jackknifed(1);
+    BackendOptions options;
+    options.cpu.threads = 1;
+    c.backend = create_backend("cpu", options).backend;
+    c.make_session();
+    EXPECT_EQ(c.jackknifed(1).covariance, two.covariance);
 }
 
 TEST(Jackknife, IsNotEstimatedWhereAGroupHoldsNearlyAllPixels) {
@@ -158,7 +202,7 @@ TEST(Jackknife, IsNotEstimatedWhereAGroupHoldsNearlyAllPixels) {
     }
     c.session->set_weights(std::vector<Image>{clustered, clustered});
     const auto before = c.weights();
-    const Confidence found = jackknife(c.problem(), c.truth, 1);
+    const Confidence found = c.jackknifed(1);
     EXPECT_FALSE(found.is_estimated);
     EXPECT_EQ(found.rim_mm, 0);
     EXPECT_EQ(c.weights(), before);

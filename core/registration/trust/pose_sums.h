@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "core/backend.h"
+#include "core/registration/trust/distortion.h"
+
+namespace raylign::detail {
+
+/// Groups of pixels that are left out in turn.
+inline constexpr int kGroups = 16;
+/// The group of each block of a view: its box of pixels with weight is cut into 8 x 8 blocks, and every group has some
+/// in each half of the rows and columns.
+[[nodiscard]] int group_of(int block_x, int block_y);
+
+/// One view at one pose, all from one DRR with its derivatives, with the weights that the session uses.
+struct ViewSums {
+    Linearization all;                                  ///< as Session::linearize_views
+    std::array<Linearization, kGroups> without;         ///< where the pixels of a group have no weight
+    bool leaves_enough = true;                          ///< no group holds nearly all pixels
+    std::array<Linearization, kDistortions> distorted;  ///< where the X-ray is the DRR distorted
+};
+
+/// Sums in double on the host, by group of pixels: leaving a group out is subtracting its sums. `before_view` may throw
+/// to stop. Throws Error as Session::linearize does.
+[[nodiscard]] std::vector<ViewSums> pose_sums(Session& session, const RigidTransform& world_from_ct,
+                                              const Eigen::Vector3d& centre_ct_mm,
+                                              const std::function<void()>& before_view);
+
+}  // namespace raylign::detail
