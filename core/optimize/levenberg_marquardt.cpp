@@ -10,23 +10,56 @@
 namespace raylign::detail {
 namespace {
 
+constexpr double kLongestOfPlain = 4;  // a step with what was learnt, against one without
 constexpr double kDampingDown = 0.2, kDampingUp = 8;
+constexpr double kLeastDampingUp = 0.5;  // after a rejected step: less would propose nearly the same one again
 constexpr double kLargestDamping = 1e8;  // steps are then shorter than any tolerance in use
 
 bool is_finite(const LocalModel& model) {
     return std::isfinite(model.cost) && model.gradient.allFinite() && model.curvature.allFinite();
 }
 
-/// The damped step, no longer than max_step. A direction without any curvature stays where it is.
-Eigen::VectorXd damped_step(const LocalModel& model, double damping, double max_step) {
-    const double largest = model.curvature.diagonal().maxCoeff();
-    if (!(largest > 0)) return Eigen::VectorXd::Zero(model.gradient.size());
-    Eigen::MatrixXd damped = model.curvature;
-    damped.diagonal() += damping * model.curvature.diagonal().cwiseMax(1e-9 * largest);
-    Eigen::VectorXd step = -solve_symmetric(damped, model.gradient);
+struct Step {
+    Eigen::VectorXd step;
+    double promised = 0;  ///< by how much the model says that the cost falls
+};
+
+Step capped(Eigen::VectorXd step, const LocalModel& model, const Eigen::MatrixXd& curvature, double max_step) {
     const double length = step.norm();
     if (length > max_step) step *= max_step / length;
-    return step;
+    const double promised = -(model.gradient.dot(step) + 0.5 * step.dot(curvature * step));
+    return {std::move(step), promised};
+}
+
+/// The damped step, no longer than max_step. A direction without any curvature stays where it is. `missing`: what the
+/// curvature leaves out.
+Step damped_step(const LocalModel& model, const Eigen::MatrixXd& missing, double damping, double max_step) {
+    const double largest = model.curvature.diagonal().maxCoeff();
+    if (!(largest > 0)) return {Eigen::VectorXd::Zero(model.gradient.size()), 0};
+    Eigen::MatrixXd damped = model.curvature;
+    damped.diagonal() += damping * model.curvature.diagonal().cwiseMax(1e-9 * largest);
+    Eigen::VectorXd plain = -solve_symmetric(damped, model.gradient);
+    Eigen::VectorXd learnt = -solve_symmetric(Eigen::MatrixXd(damped + missing), model.gradient);
+    // A shorter step would only be slower, and where the two together are hardly positive it says nothing.
+    const double share = learnt.norm() / plain.norm();
+    if (learnt.dot(model.gradient) < 0 && share > 1 && share < kLongestOfPlain) {
+        return capped(std::move(learnt), model, model.curvature + missing, max_step);
+    }
+    return capped(std::move(plain), model, model.curvature, max_step);
+}
+
+/// The update of [Dennis81] for what the Gauss-Newton matrix leaves out, sized: after `step` the gradient has changed
+/// by `change`.
+void learn_missing(Eigen::MatrixXd& missing, const Eigen::MatrixXd& curvature, const Eigen::VectorXd& step,
+                   const Eigen::VectorXd& change) {
+    const double along = change.dot(step);
+    if (!(along > 0)) return;
+    const Eigen::VectorXd unexplained = change - curvature * step;
+    const double known = step.dot(missing * step), seen = step.dot(unexplained);
+    if (std::abs(known) > std::abs(seen)) missing *= std::abs(seen / known);
+    const Eigen::VectorXd rest = unexplained - missing * step;
+    missing += (rest * change.transpose() + change * rest.transpose()) / along -
+               rest.dot(step) / (along * along) * change * change.transpose();
 }
 
 }  // namespace
@@ -49,6 +82,7 @@ LevenbergMarquardtSearch::LevenbergMarquardtSearch(LocalModel model, const Leven
     if (const std::string fault = options.problem(); !fault.empty()) throw Error(fault);
     result_.model = std::move(model);
     result_.linearizations = 1;
+    missing_ = Eigen::MatrixXd::Zero(result_.model.curvature.rows(), result_.model.curvature.cols());
     if (is_finite(result_.model)) {
         propose();
     } else {
@@ -63,8 +97,8 @@ void LevenbergMarquardtSearch::finish(Termination termination) {
 
 void LevenbergMarquardtSearch::propose() {
     if (result_.linearizations > options_.max_iterations) return finish(Termination::max_iterations);
-    step_ = damped_step(result_.model, damping_, options_.max_step);
-    const double promised = -(result_.model.gradient.dot(step_) + 0.5 * step_.dot(result_.model.curvature * step_));
+    auto [step, promised] = damped_step(result_.model, missing_, damping_, options_.max_step);
+    step_ = std::move(step);
     if (!(step_.norm() >= options_.step_tolerance) || promised < options_.decrease_tolerance) {
         finish(Termination::converged);
     }
@@ -78,12 +112,13 @@ bool LevenbergMarquardtSearch::take(LocalModel trial) {
     }
     const bool accepted = trial.cost < result_.model.cost;
     if (accepted) {
+        if (options_.learns) learn_missing(missing_, trial.curvature, step_, trial.gradient - result_.model.gradient);
         result_.model = std::move(trial);
         ++result_.iterations;
         last_length_ = step_.norm();
         damping_ = std::max(damping_ * kDampingDown, 1e-9);
     } else {
-        damping_ *= kDampingUp;
+        damping_ = std::max(damping_ * kDampingUp, kLeastDampingUp);
     }
     if (damping_ > kLargestDamping) {
         finish(Termination::converged);

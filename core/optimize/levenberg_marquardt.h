@@ -33,6 +33,9 @@ struct LevenbergMarquardtOptions {
     double decrease_tolerance = 0;
     double initial_damping = 1e-3;  ///< share of the diagonal added to it, positive
     int max_iterations = 50;        ///< steps tried, in [1, 10000]
+    /// Learns from steps what the curvature leaves out: for starts that are near a minimum. Farther away longer steps
+    /// lead elsewhere.
+    bool learns = false;
 
     /// The first fault in words, or empty.
     [[nodiscard]] std::string problem() const;
@@ -47,9 +50,12 @@ struct LevenbergMarquardtResult {
 
 /// One search, step by step, so that many can share a batch of linearizations:
 ///   while (!search.done()) { if (search.take(linearize(search.step()))) accept(step); }
-/// Solves (H + damping diag H) step = -gradient, accepts a step only if the cost falls (damping x 0.2, else x 8), caps
-/// its length. Each trial is linearized at once: accepted trials, the rule, then need no second evaluation. Source:
-/// [Marquardt63]; the factors from the prototype of this program.
+/// Solves (H + S + damping diag H) step = -gradient, accepts a step only if the cost falls (damping x 0.2, else x 8 and
+/// at least 0.5), caps its length. S is zero, or what H, a Gauss-Newton matrix, leaves out, learnt from how gradients
+/// change from step to step [Dennis81]: where much stays unexplained H alone comes nearer by a constant factor a step
+/// only. It is used where it makes a step longer, by up to four times. Each trial is linearized at once: accepted
+/// trials, the rule, then need no second evaluation. Source: [Marquardt63]; the factors from the prototype of this
+/// program.
 class LevenbergMarquardtSearch {
 public:
     /// `model`: at the start. Throws Error for bad options.
@@ -72,6 +78,7 @@ private:
     LevenbergMarquardtOptions options_;
     LevenbergMarquardtResult result_;
     Eigen::VectorXd step_;
+    Eigen::MatrixXd missing_;  ///< what the curvature leaves out, as far as steps have shown it
     double damping_, last_length_ = 0;
     bool done_ = false;
 };

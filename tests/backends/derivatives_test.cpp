@@ -141,7 +141,7 @@ TEST_P(Derivatives, OfImagesAreThoseOfReference) {
     const auto oracle = backend->prepare({volume_, views_, {c.projector, {}}, {c.metric, {1.5, 4}}});
     // Float rays leave a voxel's edge on the other side here and there, where a derivative jumps; the texture units of
     // GPUs round fractions to 1/256 of a voxel.
-    constexpr double kOfTheLargest = 2e-3;
+    constexpr double kOfTheLargest = 4e-3;
     for (std::size_t v = 0; v < 2; ++v) {
         const DrrWithDerivatives found = session_->render_with_derivatives(start_, centre_ct_mm_, v);
         const DrrWithDerivatives truth = oracle->render_with_derivatives(start_, centre_ct_mm_, v);

@@ -133,19 +133,29 @@ void Level::take_the_better_start(bool may_restart) {
     report_.cost_initial = costs[report_.restarted ? 1 : 0];
 }
 
-LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double initial_step_mm) {
-    LevelProblem work = problem(start, finest);
-    work.initial_step_mm = initial_step_mm;
+LevelOutcome Level::solve(const LevelProblem& problem) {
     const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) {
         record(step, pose);
         return true;
     };
-    const LevelOutcome found = run_method(run_.result.method, work, on_step);
+    const LevelOutcome found = run_method(run_.result.method, problem, on_step);
     run_.result.world_from_ct = found.world_from_ct;
     report_.cost_final = found.cost;
     report_.iterations += found.iterations;
     report_.termination = found.termination;
     return found;
+}
+
+LevelOutcome Level::optimize(const RigidTransform& start, bool finest, double initial_step_mm) {
+    LevelProblem work = problem(start, finest);
+    work.initial_step_mm = initial_step_mm;
+    return solve(work);
+}
+
+void Level::settle(bool finest) {
+    LevelProblem work = problem(run_.result.world_from_ct, finest);
+    work.learns = true;
+    (void)solve(work);
 }
 
 void Level::record(const OptimizerStep& step, const RigidTransform& pose) {

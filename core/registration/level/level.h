@@ -50,6 +50,8 @@ public:
     void take_the_better_start(bool may_restart);
     /// The method of the run from `start`; records its steps, moves result.world_from_ct, adds to the report.
     LevelOutcome optimize(const RigidTransform& start, bool finest, double initial_step_mm);
+    /// The same from the result so far, which is near a minimum.
+    void settle(bool finest);
     /// Throws Error where the DRR at the start misses a view.
     void check_overlap();
     /// Whether its volume goes on beyond the CT's cut faces (object/continued.h): a whole's, where the X-ray is known
@@ -63,6 +65,7 @@ public:
 
 private:
     void make_views(const std::optional<Focus>& focus);
+    LevelOutcome solve(const LevelProblem& problem);
     void record(const OptimizerStep& step, const RigidTransform& pose);
 
     Run& run_;

@@ -87,7 +87,8 @@ LevenbergMarquardtOptions gauss_newton_options(const LevelProblem& problem) {
     return {.max_step = kMaxStep_px * problem.pixel_at_object_mm,
             .step_tolerance = problem.step_tolerance_mm,
             .decrease_tolerance = problem.cost_tolerance,
-            .max_iterations = problem.max_iterations};
+            .max_iterations = problem.max_iterations,
+            .learns = problem.learns};
 }
 
 /// One search on the manifold of poses: parameters are millimetres at the rim, around a base that moves.

@@ -23,6 +23,7 @@ struct LevelProblem {
     double cost_tolerance;  ///< gauss-newton also ends where its model promises less
     int max_iterations;
     std::function<void()> before_batch;  ///< called before the backend works; may throw to stop
+    bool learns = false;                 ///< gauss-newton: see LevenbergMarquardtOptions
 };
 
 struct LevelOutcome {

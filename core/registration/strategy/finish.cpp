@@ -25,11 +25,11 @@ void make_robust(Run& run, Level& level, bool finest) {
         const RigidTransform before = result.world_from_ct;
         weights.reweight(before);
         ++result.robust_rounds;
-        level.optimize(before, false, pixel_mm);
+        level.settle(false);
         const bool settled = apart_mm(before, result.world_from_ct, run.extent) < kRobustSettled_px * pixel_mm;
         if (settled || round == kRobustRounds) break;
     }
-    if (finest) level.optimize(result.world_from_ct, true, pixel_mm);
+    if (finest) level.settle(true);
 }
 
 std::vector<double> costs_of_views(Session& session, const RigidTransform& world_from_ct) {
@@ -113,7 +113,7 @@ void decide_fine_finish(Run& run, double cost) {
 void refine_finely(Run& run, Level& fine, bool is_last) {
     weigh_whole_evenly(run, fine, run.result.world_from_ct);
     fine.take_the_better_start(true);  // what lies over the object can lead an uneven descent away from a good start
-    fine.optimize(run.result.world_from_ct, false, fine.plan().pixel_at_object_mm);
+    fine.settle(false);
     if (!is_last) make_robust(run, fine, false);
 }
 
