@@ -14,7 +14,8 @@ namespace raylign::detail::apps {
 /// "[#####-----]  52%  level 2/4  cost 0.1234  3 s left": one line without control codes.
 [[nodiscard]] std::string progress_line(const RegistrationProgress& progress);
 
-/// Redraws one line on stderr where that is a terminal; silent otherwise. Wipes its line when destroyed.
+/// Redraws one line on stderr where that is a terminal, and wipes it when destroyed; elsewhere, in a log, it is a line
+/// every ten seconds, so that short runs stay silent.
 class ProgressBar {
 public:
     enum class Show { on_terminals, never };
@@ -31,7 +32,7 @@ public:
     void draw(const std::string& line);
 
 private:
-    bool active_;
+    bool active_, logs_;
     bool drawn_ = false;
     std::chrono::steady_clock::time_point last_{};
 };

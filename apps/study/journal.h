@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/shared/line_journal.h"
 #include "apps/study/trial.h"
 
 namespace raylign::detail::apps {
@@ -17,9 +18,6 @@ public:
     /// Throws Error where the file belongs to another configuration (naming what differs), is damaged, is in use by
     /// another run, or cannot be written.
     StudyJournal(const std::filesystem::path& file, const std::string& config);
-    ~StudyJournal();
-    StudyJournal(const StudyJournal&) = delete;
-    StudyJournal& operator=(const StudyJournal&) = delete;
 
     /// Trials found in the file and appended since, by number.
     [[nodiscard]] const std::map<std::size_t, TrialRecord>& trials() const { return trials_; }
@@ -33,13 +31,9 @@ public:
     void note_run(const std::string& run);
 
 private:
-    void read(const std::string& config);
-    void take_line(const std::string& line, std::size_t number);
-    void write_line(const std::string& line);
+    void take_line(const std::string& line, const std::string& where);
 
-    std::filesystem::path file_;
-    int descriptor_ = -1;
-    long long size_ = 0;  ///< bytes of whole lines
+    LineJournal journal_;
     std::map<std::size_t, TrialRecord> trials_;
     std::vector<std::string> runs_;
 };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 
 #include "apps/shared/append.h"
@@ -8,10 +9,12 @@
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
 #include "apps/shared/outputs.h"
+#include "apps/track/config.h"
 #include "apps/track/pictures.h"
 #include "apps/track/report.h"
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
+#include "core/base/number_text.h"
 #include "core/io/files/output.h"
 
 namespace raylign::detail::apps {
@@ -22,8 +25,8 @@ std::string hashes_file_name(const std::string& view) { return "frames_" + view 
 std::string tra_file_name(const std::string& object) { return object + ".tra"; }
 
 std::vector<std::string> output_file_names(const TrackInputs& inputs) {
-    std::vector<std::string> names{"trajectory.csv", "track.json", "track.html", TrackJournal::kName,
-                                   TrackJournal::kOldName};
+    std::vector<std::string> names{"trajectory.csv",    "track.json",        "track.html",
+                                   FrameJournal::kName, TrackJournal::kName, TrackJournal::kOldName};
     for (const TrackObject& object : inputs.objects) names.push_back(tra_file_name(object.name));
     for (const auto& [proximal, distal] : inputs.joints) {
         names.push_back(joint_file_name(inputs.objects[proximal].name + "_" + inputs.objects[distal].name));
@@ -107,8 +110,23 @@ std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_poi
     return json;
 }
 
-int run_track_command(const TrackCommandOptions& options, const Invocation& invocation) {
+/// --step is the projector's where that has one, and of frames else.
+void settle_step(TrackCommandOptions& options) {
+    double& step = options.backend.step_mm;
+    if (step == 0 || options.backend.projector != "joseph") return;
+    if (!(step >= 1 && step <= 1e6 && step == std::round(step))) {
+        throw bad_value("--step", number_text(step),
+                        "a whole number of frames from 1, or used with --projector trilinear");
+    }
+    if (options.range.step != 1) throw Error("--step and --every say the same: give one of them");
+    options.range.step = static_cast<int>(step);
+    step = 0;
+}
+
+int run_track_command(const TrackCommandOptions& given, const Invocation& invocation) {
     const auto begin = Clock::now();
+    TrackCommandOptions options = given;
+    settle_step(options);
     settle_conflicts(options.volume);
     settle_conflicts(options.backend);
     settle_conflicts(options.search, options.method);
@@ -119,20 +137,27 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
     const std::filesystem::path& output = options.output.folder;
     refuse_to_overwrite(all_inputs(inputs), output, output_file_names(inputs));
     OutputFolder folder(output);  // before the work: an unwritable folder should not cost a run
+    FrameJournal frames(output, track_config(options, inputs, choice.backend->info()));  // refuses a second run
     TrackJournal journal(output, inputs.view_names());
 
     TrackRecord record;
     try {
-        record = run_track(inputs, track, *choice.backend, ProgressBar::show_of(options.output), journal,
+        record = run_track(inputs, track, *choice.backend, ProgressBar::show_of(options.output), {journal, frames},
                            {.stop = interrupt_token()});
     } catch (...) {  // before the first frame was done
         journal.remove();
+        if (frames.is_empty()) std::filesystem::remove(output / FrameJournal::kName);
         throw;
     }
     TrackReport report{options, invocation, inputs, record, choice.backend->info(), choice.passed_over};
     report.hashed = inputs.hashes;
     report.notes = inputs.notes;
     append(report.notes, record.notes);
+    if (record.recalled > 0) {
+        report.notes.push_back(std::to_string(record.recalled) + " of " + std::to_string(record.rows.size()) +
+                               " rows are from an earlier run, by " + FrameJournal::kName +
+                               "; remove it to begin anew");
+    }
     const std::string json = stage_outputs(report, *choice.backend, begin, folder);
     folder.commit();
     journal.remove();
@@ -143,7 +168,8 @@ int run_track_command(const TrackCommandOptions& options, const Invocation& invo
     }
     if (interrupted()) {
         throw Interrupted("interrupted after " + std::to_string(record.instants) + " of " +
-                          std::to_string(inputs.frames.size()) + " frames: these are in " + output.string());
+                          std::to_string(inputs.frames.size()) + " frames: these are in " + output.string() +
+                          ", and the same command goes on");
     }
     if (!report.complete()) std::rethrow_exception(record.stopped_by);
     return report.ok() ? 0 : 1;
@@ -155,12 +181,15 @@ void add_frame_flags(CLI::App& command, TrackCommandOptions& options) {
                            "A view's X-rays: multi-frame file, folder, or pattern as cam1.%04d.tif or \"cam1.*.tif\";\n"
                            "may be repeated; default \"frames\" or \"image\" of views.json, or FILE=PATTERN"),
         "VIEW=PATTERN ...", kInputGroup);
-    describe(command.add_option("--first", options.range.first, "First frame by number; default the sequence's first"),
+    describe(command.add_option("--first,--from", options.range.first,
+                                "First frame by number; default the sequence's first"),
              "N", kInputGroup);
-    describe(command.add_option("--last", options.range.last, "Last frame by number; default the sequence's last"), "N",
-             kInputGroup);
-    describe(command.add_option("--every", options.range.step, "Take every N-th number from the first; default 1"), "N",
-             kInputGroup);
+    describe(command.add_option("--last,--to", options.range.last, "Last frame by number; default the sequence's last"),
+             "N", kInputGroup);
+    describe(command.add_option("--every", options.range.step,
+                                "Take every N-th number from the first (--step N, too, unless the projector\n"
+                                "is trilinear); default 1"),
+             "N", kInputGroup);
 }
 
 void add_object_and_start_flags(CLI::App& command, TrackCommandOptions& options) {
@@ -174,6 +203,11 @@ void add_object_and_start_flags(CLI::App& command, TrackCommandOptions& options)
                  ".tra, .jts, XMALab's CSV or \"dicom\"; may be repeated;\n"
                  "default: CT centre where central rays meet, patient axes"),
              "[NAME=]FILE ...", kStartGroup);
+    describe(
+        command.add_option("--keyframe", options.key_frames,
+                           "world_from_ct in frame N, a correction by hand: tracked anew from there, both ways, until\n"
+                           "it agrees with what was found before; may be repeated; default none"),
+        "[NAME:]N=FILE ...", kStartGroup);
 }
 
 void add_track_flags(CLI::App& command, TrackCommandOptions& options) {

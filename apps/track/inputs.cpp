@@ -6,7 +6,7 @@
 #include "apps/shared/clock.h"
 #include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
-#include "apps/shared/options.h"
+#include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
 #include "core/io/files/json_node.h"
 #include "core/io/poses/autoscoper_trial.h"
@@ -24,9 +24,9 @@ double usual_step(const std::vector<FrameSet>& frames) {
     return steps[steps.size() / 2];
 }
 
-/// The line of the first planned frame in a table of poses: its place among all frames of the first view.
-int line_of_first_frame(const TrackInputs& inputs) {
-    const auto is_before = [&](const FrameFile& frame) { return frame.number < inputs.frames.front().number; };
+/// The line of a frame in a table of poses: its place among all frames of the first view.
+int line_of(int number, const TrackInputs& inputs) {
+    const auto is_before = [&](const FrameFile& frame) { return frame.number < number; };
     return 1 + static_cast<int>(std::ranges::count_if(inputs.views.origins.front().frames, is_before));
 }
 
@@ -43,20 +43,38 @@ void note_gaps(const TrackInputs& inputs, std::vector<std::string>& notes) {
 
 TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
     TrackObject object{.name = flags.name};
-    VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
+    const auto at_frame = [&](int number, const VoxelGrid& grid) {
+        return StartFrame{number, line_of(number, inputs), flags.name, grid, {}};
+    };
+    const bool has_start = !flags.start.empty() || flags.key_frames.empty();
+    const int known_frame = has_start ? inputs.frames.front().number : flags.key_frames.begin()->first;
+    const std::string known_file = has_start ? flags.start : flags.key_frames.begin()->second;
+    VolumeFile volume = read_object_volume(flags.volume, inputs.views.views, [&](const VoxelGrid& grid) {
+        return first_guess({known_file, {}, {}}, grid, inputs.views, at_frame(known_frame, grid)).world_from_ct;
+    });
     object.volume = std::move(volume.volume);
     object.file_grid = volume.file_grid;  // for .tra: as Autoscoper shows the volume
     object.volume.grid = detail::flipped_grid(object.volume.grid, volume.file_grid, flags.flips);
     append_new(inputs.files, volume.files);
     for (std::string& note : volume.notes) note = flags.name + ": " + note;
     append_new(inputs.notes, volume.notes);
-    const StartFrame first{inputs.frames.front().number, line_of_first_frame(inputs), flags.name, volume.file_grid,
-                           volume.files.front()};
-    FirstGuess guess = first_guess({flags.start, {}, {}}, object.volume.grid, inputs.views, first);
-    object.start_world_from_ct = guess.world_from_ct;
-    append_new(inputs.files, guess.files);
-    for (std::string& note : guess.notes) note = flags.name + ": " + note;
-    append_new(inputs.notes, guess.notes);
+    const auto take_key = [&](int number, const std::string& file, bool is_correction) {
+        StartFrame frame = at_frame(number, volume.file_grid);
+        frame.ct = volume.files.front();
+        FirstGuess guess = first_guess({file, {}, {}}, object.volume.grid, inputs.views, frame);
+        object.keys[number] = {guess.world_from_ct, is_correction};
+        append_new(inputs.files, guess.files);
+        for (std::string& note : guess.notes) note = flags.name + ": " + note;
+        append_new(inputs.notes, guess.notes);
+    };
+    // With key frames alone the first frame is found on the way backwards.
+    if (has_start) take_key(inputs.frames.front().number, flags.start, false);
+    for (const auto& [number, file] : flags.key_frames) {
+        if (std::ranges::find(inputs.frames, number, &FrameSet::number) == inputs.frames.end()) {
+            throw bad_value("frame of --keyframe", std::to_string(number), "one of those that are tracked");
+        }
+        take_key(number, file, true);
+    }
     if (flags.axes.empty()) {
         object.ct_from_axes = RigidTransform::translate(object_extent(object.volume).centre_ct_mm);
     } else {

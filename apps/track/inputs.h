@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,7 +16,12 @@ struct TrackObject {
     std::string name;
     Volume volume;
     VoxelGrid file_grid;  ///< of the whole file: what Autoscoper's frame is counted from
-    RigidTransform start_world_from_ct;
+    /// Where it is tracked from, by number of the frame.
+    struct Key {
+        RigidTransform world_from_ct;
+        bool is_correction = false;  ///< given for this frame, rather than the start of the first
+    };
+    std::map<int, Key> keys;
     RigidTransform ct_from_axes;  ///< anatomical axes: given, or parallel to ct through the object's centre
 };
 

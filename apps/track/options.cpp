@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "apps/shared/object_volume.h"
 #include "apps/shared/options.h"
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
@@ -46,7 +47,7 @@ ObjectFlags object_of(const std::string& argument, const TrackCommandOptions& op
     if (!detail::is_view_name(name)) {
         throw bad_value("name of --bone", name, "letters, digits, '_', '-' or '.' (it becomes part of file names)");
     }
-    ObjectFlags object{name, options.volume, "", "", {}};
+    ObjectFlags object{name, options.volume, "", {}, "", {}};
     const std::vector<std::string> labels = labels_in(value, options.volume);
     if (!object.volume.labels.empty() && !labels.empty()) {
         if (object.volume.file.empty()) throw Error("--bone " + argument + ": its CT is missing: give -v FILE");
@@ -57,6 +58,8 @@ ObjectFlags object_of(const std::string& argument, const TrackCommandOptions& op
         throw Error("--bone " + argument + " contradicts -v: give a label of --labels, or leave -v out");
     }
     object.volume.file = value;
+    object.volume.materials = {material_of(options.volume.materials, name)};
+    if (object.volume.materials.front().empty()) object.volume.materials.clear();
     return object;
 }
 
@@ -80,7 +83,7 @@ std::vector<ObjectFlags> trial_objects(const TrackCommandOptions& options) {
                 throw bad_value("VolumeFile of " + argument, volume.file.string(),
                                 "a multi-page TIFF, as Autoscoper reads it; name others by --bone NAME=FILE");
             }
-            ObjectFlags object{object_name(volume.file), options.volume, "", "", volume.flips};
+            ObjectFlags object{object_name(volume.file), options.volume, "", {}, "", volume.flips};
             object.volume.file = volume.file;
             const Eigen::Vector3d& size = volume.voxel_mm;
             object.volume.spacing = detail::number_text(size.x()) + "," + detail::number_text(size.y()) + "," +
@@ -121,6 +124,29 @@ void take_starts(const TrackCommandOptions& options, std::vector<ObjectFlags>& o
     }
 }
 
+/// "120=pose.json", or "femur:120=pose.json" where there are several objects.
+void take_key_frame(const std::string& argument, std::vector<ObjectFlags>& objects) {
+    const auto [place, file] = split_named(argument, "--keyframe", "[NAME:]N=FILE");
+    const std::size_t colon = place.find(':');
+    const bool is_named = colon != std::string::npos;
+    if (!is_named && objects.size() > 1) {
+        throw bad_value("--keyframe", argument, "NAME:N=FILE, with one of " + names_of(objects));
+    }
+    ObjectFlags* object = is_named ? find(objects, place.substr(0, colon)) : &objects.front();
+    if (object == nullptr) {
+        throw bad_value("object of --keyframe", place.substr(0, colon), "one of " + names_of(objects));
+    }
+    const std::string digits = is_named ? place.substr(colon + 1) : place;
+    int number = 0;
+    const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (status != std::errc{} || end != digits.data() + digits.size()) {
+        throw bad_value("frame of --keyframe", digits, "a whole number");
+    }
+    if (!object->key_frames.emplace(number, file).second) {
+        throw Error("--keyframe names frame " + digits + " of " + object->name + " twice");
+    }
+}
+
 }  // namespace
 
 std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options) {
@@ -128,7 +154,7 @@ std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options) {
     if (options.bones.empty() && options.volume.file.empty()) objects = trial_objects(options);
     if (options.bones.empty() && objects.empty()) {
         if (options.volume.file.empty()) throw Error("no CT: give -v FILE, or --bone NAME=FILE");
-        objects.push_back({"object", options.volume, "", "", {}});
+        objects.push_back({"object", options.volume, "", {}, "", {}});
     } else if (!options.bones.empty() && !options.volume.label.empty()) {
         throw Error("--label contradicts --bone: name the labels as --bone NAME=LABEL");
     }
@@ -142,6 +168,7 @@ std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options) {
         objects.push_back(std::move(object));
     }
     take_starts(options, objects);
+    for (const std::string& argument : options.key_frames) take_key_frame(argument, objects);
     for (const std::string& argument : options.axes) {
         const auto [name, file] = split_named(argument, "--axes");
         ObjectFlags* object = find(objects, name);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -23,8 +24,9 @@ struct TrackCommandOptions {
     OutputFlags output;
     std::vector<std::string> frames;  ///< VIEW=PATTERN
     FrameRange range;
-    std::vector<std::string> bones;   ///< NAME=FILE or NAME=LABELS; none = one object called "object"
-    std::vector<std::string> starts;  ///< FILE or NAME=FILE
+    std::vector<std::string> bones;       ///< NAME=FILE or NAME=LABELS; none = one object called "object"
+    std::vector<std::string> starts;      ///< FILE or NAME=FILE
+    std::vector<std::string> key_frames;  ///< N=FILE or NAME:N=FILE
     std::string recover = "global";
     double max_jump_mm = 0;
     std::vector<std::string> joints;  ///< PROXIMAL,DISTAL
@@ -36,8 +38,9 @@ struct TrackCommandOptions {
 struct ObjectFlags {
     std::string name;
     VolumeFlags volume;
-    std::string start;  ///< file, "dicom", or "" = none
-    std::string axes;   ///< file, or "" = none
+    std::string start;                      ///< file, "dicom", or "" = none
+    std::map<int, std::string> key_frames;  ///< files by frame
+    std::string axes;                       ///< file, or "" = none
     /// Of the volume, as an Autoscoper trial says it: columns, rows, pages that it shows reversed.
     std::array<bool, 3> flips = {false, false, false};
 };

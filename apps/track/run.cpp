@@ -8,6 +8,7 @@
 #include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/lines.h"
+#include "apps/track/chain.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 
@@ -33,9 +34,10 @@ void TrackJournal::remove() {
     std::filesystem::remove(file_, ignored);
 }
 
-std::string track_progress_line(std::size_t done, std::size_t all, const TrajectoryRow& last, double elapsed_s) {
+std::string track_progress_line(std::size_t done, std::size_t all, std::size_t tracked, const TrajectoryRow& last,
+                                double elapsed_s) {
     const double share = all > 0 ? static_cast<double>(done) / static_cast<double>(all) : 1;
-    const double rate = done > 0 ? static_cast<double>(done) / std::max(elapsed_s, 1e-9) : 0;
+    const double rate = tracked > 0 ? static_cast<double>(tracked) / std::max(elapsed_s, 1e-9) : 0;
     const double left_s = rate > 0 ? static_cast<double>(all - done) / rate : 0;
     return bar_text(share) + format(" %3.0f%%  frame %d (%zu of %zu)  ", 100 * share, last.frame.frame, done, all) +
            last.object + " " + std::string(status_name(last.frame.status)) +
@@ -63,63 +65,188 @@ std::string hash_or_dashes(const std::filesystem::path& file) {
     }
 }
 
-void hash_frames(const FrameSet& frames, TrackRecord& record) {
+/// The SHA-256 of a frame's files, one per view; "" where a view lacks it.
+std::vector<std::string> hash_frames(const FrameSet& frames, TrackRecord& record) {
     const auto begin = Clock::now();
+    std::vector<std::string> all(frames.files.size());
     record.frame_hashes.resize(frames.files.size());
     for (std::size_t v = 0; v < frames.files.size(); ++v) {
         if (!frames.files[v]) continue;
         std::vector<HashedFile>& hashed = record.frame_hashes[v];
         const std::string name = frames.files[v]->file.string();
         if (hashed.empty() || hashed.back().path != name) hashed.push_back({name, hash_or_dashes(name)});
+        all[v] = hashed.back().sha256;
     }
     record.hash_s += seconds_since(begin);
+    return all;
 }
+
+/// Reads an instant when it is needed. What is settled by a view's first frame is settled by the sequence's first, no
+/// matter where this run begins.
+class LazyReader {
+public:
+    LazyReader(const TrackInputs& inputs, TrackRecord& record)
+        : inputs_(inputs), reader_(inputs.views), record_(record) {}
+
+    const Instant& read(std::size_t at) {
+        if (at_ == at) return instant_;
+        const auto begin = Clock::now();
+        for (std::size_t i = 0; !is_settled_ && i < at; ++i) is_settled_ = reader_.read(inputs_.frames[i]).gap.empty();
+        instant_ = reader_.read(inputs_.frames[at]);
+        is_settled_ = is_settled_ || instant_.gap.empty();
+        at_ = at;
+        record_.read_s += seconds_since(begin);
+        return instant_;
+    }
+    [[nodiscard]] const std::vector<std::string>& notes() const { return reader_.notes(); }
+
+private:
+    const TrackInputs& inputs_;
+    InstantReader reader_;
+    TrackRecord& record_;
+    Instant instant_;
+    std::optional<std::size_t> at_;
+    bool is_settled_ = false;
+};
+
+/// One run through all frames, forwards and then backwards.
+class TrackPasses {
+public:
+    TrackPasses(const TrackInputs& inputs, const TrackOptions& options, Backend& backend, ProgressBar::Show show,
+                const TrackJournals& journals, const RunControl& control, TrackRecord& record)
+        : inputs_(inputs),
+          options_(options),
+          backend_(backend),
+          journals_(journals),
+          control_(control),
+          record_(record),
+          reader_(inputs, record),
+          bar_(show),
+          found_(inputs.frames.size(), std::vector<std::optional<TrackFrame>>(inputs.objects.size())) {}
+
+    void run() {
+        hashes_.resize(inputs_.frames.size());
+        forwards();
+        for (std::size_t o = 0; o < inputs_.objects.size(); ++o) backwards(o);
+    }
+
+    /// The frames that all objects have a row for go to the record.
+    void close() {
+        for (std::size_t i = 0; i < found_.size(); ++i) {
+            if (!std::ranges::all_of(found_[i], [](const auto& row) { return row.has_value(); })) continue;
+            ++record_.instants;
+            for (std::size_t o = 0; o < found_[i].size(); ++o) {
+                record_.rows.push_back({inputs_.objects[o].name, *found_[i][o]});
+            }
+        }
+        record_.notes = reader_.notes();
+    }
+
+private:
+    void forwards() {
+        std::vector<std::optional<Chain>> chains(inputs_.objects.size());
+        for (std::size_t i = 0; i < inputs_.frames.size(); ++i) {
+            stop_if_asked();
+            hashes_[i] = hash_frames(inputs_.frames[i], record_);
+            std::vector<std::optional<TrackFrame>> rows(chains.size());
+            std::size_t recalled = 0;
+            for (std::size_t o = 0; o < chains.size(); ++o) {
+                const TrackObject& object = inputs_.objects[o];
+                const auto key = object.keys.find(inputs_.frames[i].number);
+                if (key != object.keys.end()) {
+                    chains[o].reset();  // its resident volume makes room first
+                    chains[o].emplace(object,
+                                      Chain::Key{key->first, key->second.world_from_ct, key->second.is_correction},
+                                      Direction::forwards, options_, backend_, journals_.frames);
+                }
+                if (!chains[o]) continue;
+                rows[o] = step(*chains[o], i);
+                recalled += chains[o]->was_recalled() ? 1 : 0;
+            }
+            take(i, std::move(rows), recalled);
+        }
+    }
+
+    /// From each key frame to the one before, or to where it comes back to what was found forwards.
+    void backwards(std::size_t object) {
+        std::size_t begin = 0;
+        for (const auto& [number, key] : inputs_.objects[object].keys) {
+            const auto at = static_cast<std::size_t>(std::ranges::find(inputs_.frames, number, &FrameSet::number) -
+                                                     inputs_.frames.begin());
+            if (key.is_correction && at > begin) {
+                Chain chain(inputs_.objects[object], {number, key.world_from_ct, true}, Direction::backwards, options_,
+                            backend_, journals_.frames);
+                chain.begin_with(*found_[at][object]);
+                for (std::size_t i = at; i-- > begin && !chain.has_agreed();) {
+                    stop_if_asked();
+                    std::vector<std::optional<TrackFrame>> rows(inputs_.objects.size());
+                    rows[object] = step(chain, i);
+                    take(i, std::move(rows), chain.was_recalled() ? 1 : 0);
+                }
+            }
+            begin = at + 1;
+        }
+    }
+
+    TrackFrame step(Chain& chain, std::size_t at) {
+        const auto begin = Clock::now();
+        const double before_s = record_.read_s;
+        TrackFrame frame = chain.next(
+            inputs_.frames[at].number, hashes_[at], [&]() -> const Instant& { return reader_.read(at); }, control_);
+        record_.track_s += seconds_since(begin) - (record_.read_s - before_s);
+        return frame;
+    }
+
+    /// Rows count once their frame is whole: where a run ends within one, it is tracked again.
+    void take(std::size_t at, std::vector<std::optional<TrackFrame>> rows, std::size_t recalled) {
+        std::size_t count = 0;
+        for (std::size_t o = 0; o < rows.size(); ++o) {
+            if (!rows[o]) continue;
+            ++count;
+            journals_.table.append({inputs_.objects[o].name, *rows[o]});
+            last_ = {inputs_.objects[o].name, *rows[o]};
+            found_[at][o] = std::move(rows[o]);
+        }
+        record_.recalled += recalled;
+        ++done_;
+        if (recalled < count) ++tracked_;
+        if (count > 0) {
+            bar_.draw(track_progress_line(std::min(done_, inputs_.frames.size()), inputs_.frames.size(), tracked_,
+                                          last_, record_.read_s + record_.track_s));
+        }
+    }
+
+    void stop_if_asked() const {
+        if (control_.stop.stop_requested()) throw Interrupted("interrupted: no file was changed");
+    }
+
+    const TrackInputs& inputs_;
+    const TrackOptions& options_;
+    Backend& backend_;
+    const TrackJournals& journals_;
+    const RunControl& control_;
+    TrackRecord& record_;
+    LazyReader reader_;
+    ProgressBar bar_;
+    std::vector<std::vector<std::optional<TrackFrame>>> found_;  ///< [instant][object]
+    std::vector<std::vector<std::string>> hashes_;               ///< [instant][view]
+    TrajectoryRow last_;
+    std::size_t done_ = 0, tracked_ = 0;
+};
 
 }  // namespace
 
 TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend, ProgressBar::Show show,
-                      TrackJournal& journal, const RunControl& control) {
+                      const TrackJournals& journals, const RunControl& control) {
     TrackRecord record;
-    const auto stop_if_asked = [&control] {
-        if (control.stop.stop_requested()) throw Interrupted("interrupted: no file was changed");
-    };
-    std::vector<Tracker> trackers;
-    trackers.reserve(inputs.objects.size());
-    for (const TrackObject& object : inputs.objects) {
-        trackers.emplace_back(object.volume, object.start_world_from_ct, options, backend);
-    }
-    InstantReader reader(inputs.views);
-    ProgressBar bar(show);
-    const auto begin = Clock::now();
+    TrackPasses passes(inputs, options, backend, show, journals, control, record);
     try {
-        for (const FrameSet& set : inputs.frames) {
-            stop_if_asked();
-            const auto read_begin = Clock::now();
-            const Instant instant = reader.read(set);
-            record.read_s += seconds_since(read_begin);
-            hash_frames(set, record);
-            const auto track_begin = Clock::now();
-            std::vector<TrajectoryRow> rows;
-            for (std::size_t i = 0; i < trackers.size(); ++i) {
-                rows.push_back({inputs.objects[i].name, instant.gap.empty()
-                                                            ? trackers[i].feed(set.number, instant.views, control)
-                                                            : trackers[i].skip(set.number, instant.gap)});
-                stop_if_asked();  // a frame that was not finished is none
-            }
-            record.track_s += seconds_since(track_begin);
-            for (TrajectoryRow& row : rows) {
-                journal.append(row);
-                record.rows.push_back(std::move(row));
-            }
-            ++record.instants;
-            bar.draw(
-                track_progress_line(record.instants, inputs.frames.size(), record.rows.back(), seconds_since(begin)));
-        }
+        passes.run();
     } catch (const std::exception&) {  // whatever it is, what was found is kept
-        if (record.rows.empty()) throw;
         record.stopped_by = std::current_exception();
     }
-    record.notes = reader.notes();
+    passes.close();
+    if (record.stopped_by && record.rows.empty()) std::rethrow_exception(record.stopped_by);
     return record;
 }
 

@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "apps/shared/progress_bar.h"
+#include "apps/track/frame_journal.h"
 #include "apps/track/inputs.h"
 #include "raylign/io/trajectory.h"
 
 namespace raylign::detail::apps {
 
-/// trajectory.partial.csv: rows as they are found, so that not even a kill costs more than a frame. What an earlier run
-/// left there is kept as trajectory.partial.old.csv.
+/// trajectory.partial.csv: the rows so far, for people who want to look while a run goes on. What an earlier run left
+/// there is kept as trajectory.partial.old.csv.
 class TrackJournal {
 public:
     static constexpr const char* kName = "trajectory.partial.csv";
@@ -35,6 +36,7 @@ private:
 struct TrackRecord {
     std::vector<TrajectoryRow> rows;  ///< frame by frame, the objects of each in their order
     std::size_t instants = 0;         ///< frames done
+    std::size_t recalled = 0;         ///< rows of these that an earlier run had found
     std::vector<std::string> notes;   ///< of reading
     std::exception_ptr stopped_by;    ///< why it ended early; none = complete
     /// Per view its files, each once, hashed when they were read; dashes for one that cannot be.
@@ -47,13 +49,22 @@ struct TrackRecord {
 [[nodiscard]] std::vector<const TrackFrame*> frames_of(const std::vector<TrajectoryRow>& rows,
                                                        const std::string& object);
 
-/// Tracks all objects through all frames. Errors after the first frame, and a stop, end the run early: what was found
-/// until then is in the record.
-[[nodiscard]] TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend,
-                                    ProgressBar::Show show, TrackJournal& journal, const RunControl& control);
+/// Where the rows of a run are kept while it goes on.
+struct TrackJournals {
+    TrackJournal& table;
+    FrameJournal& frames;
+};
 
-/// "[####----]  40%  frame 12 (12 of 30)  radius ok  8.1 frames/s  3 s left"
-[[nodiscard]] std::string track_progress_line(std::size_t done, std::size_t all, const TrajectoryRow& last,
-                                              double elapsed_s);
+/// Tracks all objects through all frames: each from its start in the first frame and anew from each of its key frames,
+/// forwards, then backwards from key frames. A chain from a key frame ends where it comes back, within 0.1 mm at the
+/// rim and ok, to what was found without it. Frames that the journal has are not tracked again. Errors after the first
+/// frame, and a stop, end the run early: what was found until then is in the record and in the journal.
+[[nodiscard]] TrackRecord run_track(const TrackInputs& inputs, const TrackOptions& options, Backend& backend,
+                                    ProgressBar::Show show, const TrackJournals& journals, const RunControl& control);
+
+/// "[####----]  40%  frame 12 (12 of 30)  radius ok  8.1 frames/s  3 s left"; `tracked`: those of `done` that took the
+/// time.
+[[nodiscard]] std::string track_progress_line(std::size_t done, std::size_t all, std::size_t tracked,
+                                              const TrajectoryRow& last, double elapsed_s);
 
 }  // namespace raylign::detail::apps

@@ -80,7 +80,7 @@ struct Tracker::State {
     [[nodiscard]] RegistrationOptions first_options() const;
     void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const RunControl& control);
     void judge(const Attempt& best, TrackFrame& found) const;
-    void remember(const Attempt& best, const TrackFrame& found);
+    void remember(const TrackFrame& found);
 
     ResidentVolume resident_;
     RigidTransform start_world_from_ct_;
@@ -208,6 +208,8 @@ void Tracker::State::judge(const Attempt& best, TrackFrame& found) const {
     }
     found.world_from_ct = best.result.world_from_ct;
     found.jump_mm = best.jump_mm;
+    found.jumped = best.jumped;
+    if (best.result.ok) found.content = best.result.content;
     found.cost = best.result.cost_final;
     found.view_costs = best.result.view_costs;
     found.expected_error_mm = best.result.confidence.rim_mm;
@@ -224,17 +226,18 @@ void Tracker::State::judge(const Attempt& best, TrackFrame& found) const {
     }
 }
 
-void Tracker::State::remember(const Attempt& best, const TrackFrame& found) {
+void Tracker::State::remember(const TrackFrame& found) {
     last_frame_ = found.frame;
-    failures_ = best.believed() ? 0 : failures_ + 1;
+    if (found.status == TrackStatus::missing || found.status == TrackStatus::stopped) return;
+    failures_ = found.status == TrackStatus::ok ? 0 : failures_ + 1;
     if (found.status == TrackStatus::lost) return;
-    if (!content_ && best.result.ok) content_ = best.result.content;
-    if (best.jumped) {
+    if (!content_ && found.content != Content::automatic) content_ = found.content;
+    if (found.jumped) {
         known_.clear();  // across a jump there is no velocity
     } else if (last_tracked_) {
-        push(jumps_mm_, best.jump_mm);
+        push(jumps_mm_, found.jump_mm);
     }
-    push(costs_, best.result.cost_final);
+    push(costs_, found.cost);
     known_.push_back({found.frame / options_.frame_step, found.world_from_ct});
     if (known_.size() > kFewest) known_.erase(known_.begin());
     last_tracked_ = found.frame;
@@ -261,10 +264,15 @@ TrackFrame Tracker::feed(int frame, std::span<const View> views, const RunContro
     if (control.stop.stop_requested()) {
         found.status = TrackStatus::stopped;
     } else {
-        state.remember(best, found);
+        state.remember(found);
     }
     found.time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return found;
+}
+
+void Tracker::recall(const TrackFrame& frame) {
+    state_->check_number(frame.frame);
+    state_->remember(frame);
 }
 
 TrackFrame Tracker::skip(int frame, const std::string& reason) {

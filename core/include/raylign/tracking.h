@@ -46,10 +46,12 @@ struct TrackFrame {
     double jump_mm = 0;                      ///< from the prediction, at the object's rim
     double cost = 0;
     std::vector<double> view_costs;
-    double expected_error_mm = 0;      ///< Confidence::rim_mm; 0 = not estimated
-    Search searched = Search::none;    ///< the widest search that ran for it
-    bool recovered = false;            ///< the pose is a search's, not the extrapolated start's
-    std::vector<std::string> reasons;  ///< why not ok, in words for people
+    double expected_error_mm = 0;          ///< Confidence::rim_mm; 0 = not estimated
+    Search searched = Search::none;        ///< the widest search that ran for it
+    bool recovered = false;                ///< the pose is a search's, not the extrapolated start's
+    bool jumped = false;                   ///< farther from the prediction than is believed without a search
+    Content content = Content::automatic;  ///< what it was registered as; automatic where that was doubtful
+    std::vector<std::string> reasons;      ///< why not ok, in words for people
     double time_s = 0;
 };
 
@@ -70,6 +72,10 @@ public:
     ~Tracker();
     Tracker(Tracker&&) noexcept;
     Tracker& operator=(Tracker&&) noexcept;
+
+    /// A frame that was tracked before, by this tracker or one made alike: from here on this one goes on as that did,
+    /// with the same bits. Throws Error for frame numbers that do not grow.
+    void recall(const TrackFrame& frame);
 
     /// The next frame; every view needs an image. Throws Error for frame numbers that do not grow and bad views. Where
     /// the caller stops it, the frame's status is stopped and the tracker is as before: the same frame may be fed

@@ -1,6 +1,7 @@
 #include "raylign/io/views.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -62,14 +63,38 @@ std::optional<std::string> frames_option(const std::string& view, const ViewsRea
 std::vector<FrameFile> read_frames(const JsonNode& view, const std::string& name, const std::filesystem::path& folder,
                                    const std::filesystem::path& image, const ViewsReadOptions& options) {
     if (const auto pattern = frames_option(name, options)) return list_frames(*pattern);
-    if (!view.has("frames")) {
+    const bool is_object = view.has("frames") && view.at("frames").has("first");
+    if (!view.has("frames") || (is_object && !view.at("frames").has("files"))) {
         return image.empty() ? std::vector<FrameFile>() : list_frames(image);
     }
-    const JsonNode node = view.at("frames");
+    const JsonNode node = is_object ? view.at("frames").at("files") : view.at("frames");
     if (node.is_text()) return list_frames(read_path(node, folder));
     std::vector<std::filesystem::path> files;
     for (std::size_t i = 0; i < node.array_size(); ++i) files.push_back(read_path(node.at(i), folder));
     return list_frames(files);
+}
+
+/// "frames": {"first": N, "files": ...}: which of its numbers belongs to the first frame of the sequence.
+std::optional<int> first_frame(const JsonNode& view) {
+    if (!view.has("frames") || !view.at("frames").has("first")) return std::nullopt;
+    view.at("frames").allow_keys({"first", "files"});
+    const JsonNode node = view.at("frames").at("first");
+    const double number = node.number();
+    if (number != std::round(number) || !(std::abs(number) < 1e9)) throw node.error("a whole number below 1e9");
+    return static_cast<int>(number);
+}
+
+/// Brings the numbers of views that count from elsewhere to those of the first view.
+void shift_frames(std::span<const std::optional<int>> firsts, ViewsFile& result) {
+    std::optional<int> base;
+    if (!result.origins.empty() && !result.origins.front().frames.empty()) {
+        base = result.origins.front().frames.front().number;
+    }
+    if (!firsts.empty() && firsts.front()) base = firsts.front();
+    for (std::size_t v = 0; base && v < firsts.size(); ++v) {
+        if (!firsts[v]) continue;
+        for (FrameFile& frame : result.origins[v].frames) frame.number += *base - *firsts[v];
+    }
 }
 
 /// Throws Error for a VIEW=PATTERN that is none, names no view, or one twice; and where a view has no frames.
@@ -176,9 +201,12 @@ void append_views_json(const std::filesystem::path& path, const ViewsReadOptions
     const JsonNode views = root.at("views");
     if (views.array_size() == 0) throw views.error("at least one view");
     result.files.push_back(path);
+    std::vector<std::optional<int>> firsts(result.views.size());  // of views read before: as they are
     for (std::size_t i = 0; i < views.array_size(); ++i) {
         read_view(views.at(i), path.parent_path(), options, result);
+        firsts.push_back(first_frame(views.at(i)));
     }
+    shift_frames(firsts, result);
 }
 
 /// A file's stem with every other character turned into '_'.

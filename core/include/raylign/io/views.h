@@ -29,7 +29,9 @@ struct ViewOrigin {
     std::optional<Eigen::Vector3d> isocentre_ct_mm;
     std::filesystem::path image, mask;  ///< the files named, whether read or not; "" = none
     IntensitySettings intensity;        ///< how its pixels become line integrals
-    std::vector<FrameFile> frames;      ///< with ReadImages::frames: by number, at least one
+    /// With ReadImages::frames: by number, at least one. Numbers are the first view's: those of a view that says which
+    /// of its own belongs to the sequence's first ("frames": {"first": N}) are shifted.
+    std::vector<FrameFile> frames;
 };
 
 /// The X-rays of a study, as register_volume takes them, and what the files said besides.
