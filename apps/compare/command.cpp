@@ -7,6 +7,7 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/object_volume.h"
 #include "apps/shared/options.h"
 #include "apps/shared/outputs.h"
 #include "apps/shared/parse.h"
@@ -64,7 +65,8 @@ CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
         inputs.targets = read_targets(flags.targets);
         run.files.push_back(flags.targets);
     }
-    VolumeFile volume = read_volume(flags.volume.file, volume_read_options(flags.volume));
+    VolumeFile volume =
+        read_object_volume(flags.volume, inputs.views, [&](const VoxelGrid&) { return inputs.world_from_ct; });
     inputs.world_from_ct = read_pose(flags.pose, volume.files.front());
     inputs.volume = std::move(volume.volume);
     append(run.files, volume.files);

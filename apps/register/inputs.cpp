@@ -4,7 +4,7 @@
 #include "apps/shared/clock.h"
 #include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
-#include "apps/shared/options.h"
+#include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
 #include "core/io/poses/spatial_registration.h"
 #include "raylign/io/pose.h"
@@ -49,7 +49,9 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     append(inputs.notes, views.notes);
     stop_if_interrupted();
 
-    VolumeFile volume = read_volume(options.volume.file, volume_read_options(options.volume));
+    VolumeFile volume = read_object_volume(options.volume, views.views, [&](const VoxelGrid& grid) {
+        return first_guess(options.start, grid, views).world_from_ct;
+    });
     inputs.volume = std::move(volume.volume);
     append(inputs.files, volume.files);
     append(inputs.notes, volume.notes);

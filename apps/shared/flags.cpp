@@ -17,6 +17,18 @@ std::string hu_preset_names() {
     return joined(names);
 }
 
+void add_model_flags(CLI::App& command, VolumeFlags& flags) {
+    describe(command.add_option("--material", flags.materials,
+                                "What a model is made of: cobalt-chrome, titanium, steel, polyethylene, bone, HU=N or\n"
+                                "MU=N (1/mm); of several objects NAME=MATERIAL; default none: must be given"),
+             "MATERIAL ...", kObjectGroup);
+    describe(command.add_option("--mesh-spacing", flags.mesh_spacing_mm,
+                                "Voxels that a model is cut into; default 0: a pixel of the views there"),
+             "MM", kObjectGroup);
+    describe(command.add_option("--mesh-unit", flags.mesh_unit, "Unit of a model: mm, cm, m or in; default mm"), "UNIT",
+             kObjectGroup);
+}
+
 /// Part of the volume's.
 void add_object_flags(CLI::App& command, VolumeFlags& flags) {
     describe(command.add_option("--labels", flags.labels,
@@ -38,16 +50,18 @@ void add_object_flags(CLI::App& command, VolumeFlags& flags) {
              "HU", kObjectGroup);
     describe(command.add_option("--clip", flags.clip, "Voxels above are lowered to it: metal; default none"), "HU",
              kObjectGroup);
+    add_model_flags(command, flags);
 }
 
 }  // namespace
 
 void add_volume_flags(CLI::App& command, VolumeFlags& flags) {
-    describe(
-        command
-            .add_option("-v,--volume", flags.file, "CT: NIfTI, MHA/MHD, NRRD, multi-page TIFF or a DICOM folder, in HU")
-            ->required(),
-        "FILE (required)", kInputGroup);
+    describe(command
+                 .add_option("-v,--volume", flags.file,
+                             "CT: NIfTI, MHA/MHD, NRRD, multi-page TIFF or a DICOM folder, in HU;\n"
+                             "or a model: STL, OBJ, PLY, or JSON with several parts")
+                 ->required(),
+             "FILE (required)", kInputGroup);
     describe(
         command.add_option("--hu", flags.hu_preset,
                            "HU to 1/mm: " + hu_preset_names() + "; default " + std::string(hu_presets().front().name)),

@@ -28,6 +28,9 @@ struct VolumeFlags {
     std::filesystem::path label_table;           ///< names of labels; "" = the map's own, or TotalSegmentator's
     std::string object;                          ///< "X0,Y0,Z0,X1,Y1,Z1" [ct mm], or voxels:...; "" = the whole CT
     std::optional<double> bone_threshold, clip;  ///< HU (1/mm with attenuation)
+    std::vector<std::string> materials;          ///< of a model: MATERIAL, or NAME=MATERIAL for one of several objects
+    double mesh_spacing_mm = 0;                  ///< of a model's voxels; 0 = by the views
+    std::string mesh_unit;                       ///< of a model; "" = mm
 };
 
 struct BackendFlags {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
@@ -103,6 +104,12 @@ void settle_conflicts(const VolumeFlags& flags) {
     if (flags.attenuation && (!flags.hu_preset.empty() || flags.hu_offset != 0)) {
         throw Error("--attenuation contradicts --hu and --hu-offset: voxels are either HU or 1/mm");
     }
+    const bool is_for_model = !flags.materials.empty() || flags.mesh_spacing_mm != 0 || !flags.mesh_unit.empty();
+    if (is_for_model && !flags.file.empty() && !is_model(flags.file)) {
+        throw Error(flags.file.string() +
+                    " is no model (STL, OBJ, PLY): --material, --mesh-spacing and --mesh-unit must "
+                    "be left out");
+    }
 }
 
 void settle_conflicts(const BackendFlags& flags) {
@@ -151,6 +158,9 @@ VolumeReadOptions volume_read_options(const VolumeFlags& flags) {
     options.hu_offset = flags.hu_offset;
     options.series = flags.series;
     if (!flags.hu_preset.empty()) (void)hu_preset(flags.hu_preset);  // an unknown name fails before anything is read
+    options.material = material_of(flags.materials, "");
+    options.mesh_spacing_mm = given(flags.mesh_spacing_mm);
+    options.mesh_unit = flags.mesh_unit;
     if (!flags.spacing.empty()) options.spacing_mm = parse_triple(flags.spacing, "--spacing");
     options.object = object_region(flags);
     return options;

@@ -4,6 +4,7 @@
 
 #include "apps/shared/append.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/object_volume.h"
 #include "apps/shared/simulated_views.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
@@ -92,7 +93,8 @@ Study set_up_study(const StudyOptions& settled_options) {
     read_small_files(study);
     make_cases(study);
     stop_if_interrupted();
-    VolumeFile volume = read_volume(study.options.volume.file, volume_read_options(study.options.volume));
+    VolumeFile volume = read_object_volume(study.options.volume, study.views,
+                                           [&](const VoxelGrid&) { return read_pose(study.options.truth.truth); });
     study.true_world_from_ct = read_pose(study.options.truth.truth, volume.files.front());
     study.volume = std::move(volume.volume);
     append(study.files, volume.files);

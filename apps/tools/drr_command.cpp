@@ -6,6 +6,7 @@
 #include "apps/shared/detector.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
+#include "apps/shared/object_volume.h"
 #include "apps/shared/options.h"
 #include "apps/shared/outputs.h"
 #include "apps/shared/parse.h"
@@ -113,7 +114,8 @@ int run_drr(const DrrOptions& options) {
     ViewsFile file = read_views(
         options.views.files,
         {.images = ReadImages::never, .undistorted = parse_truth(options.views.undistorted, "--undistorted")});
-    const VolumeFile volume = read_volume(options.volume.file, volume_read_options(options.volume));
+    const VolumeFile volume =
+        read_object_volume(options.volume, file.views, [&](const VoxelGrid&) { return read_pose(options.pose); });
     const RigidTransform world_from_ct = read_pose(options.pose, volume.files.front());
     stop_if_interrupted();
 

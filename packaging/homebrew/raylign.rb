@@ -5,6 +5,7 @@ class Raylign < Formula
   license "Apache-2.0"
   head "file://#{File.expand_path("../..", __dir__)}", using: :git, branch: "main"
 
+  depends_on "assimp"
   depends_on "cli11" => :build
   depends_on "cmake" => :build
   depends_on "ninja" => :build

@@ -14,6 +14,7 @@
 #include "core/io/files/text.h"
 #include "core/io/images/raster.h"
 #include "core/io/volumes/label_map.h"
+#include "core/io/volumes/mesh_volume.h"
 #include "core/io/volumes/object_region.h"
 #include "core/io/volumes/square_grid.h"
 #include "core/io/volumes/volume_grid.h"
@@ -257,10 +258,22 @@ VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOption
     if (!is_dicom_volume(path) && !options.series.empty()) {
         throw Error(path.string() + " is no DICOM: --series chooses within a DICOM folder or file");
     }
-    VolumeFile file = is_dicom_volume(path) ? read_dicom_volume(path, options) : read_file(path, options);
+    if (!is_model_file(path) && !options.material.empty()) {
+        throw Error(path.string() + " is no model (STL, OBJ, PLY): --material must be left out");
+    }
+    VolumeFile file = is_model_file(path)     ? read_model(path, options)
+                      : is_dicom_volume(path) ? read_dicom_volume(path, options)
+                                              : read_file(path, options);
     file.file_grid = file.volume.grid;
     if (!options.object.is_whole()) detail::keep_object(options, file);
     return file;
+}
+
+bool is_model(const std::filesystem::path& path) { return is_model_file(path); }
+
+Eigen::Vector3d model_centre_mm(const std::filesystem::path& path, const VolumeReadOptions& options) {
+    const MeshBounds bounds = model_bounds(path, options);
+    return (bounds.low_mm + bounds.high_mm) / 2;
 }
 
 VoxelGrid detail::read_volume_grid(const std::filesystem::path& path, const VolumeReadOptions& options) {

@@ -37,6 +37,11 @@ struct VolumeReadOptions {
     std::string series;           ///< DICOM folder with several series: UID, or its number in the list
     std::optional<Eigen::Vector3d> spacing_mm;  ///< multi-page TIFF: its spacing
     ObjectRegion object;                        ///< default: the whole CT
+    // Of a model, a surface of triangles that is filled:
+    std::string material;   ///< cobalt-chrome, titanium, steel, polyethylene, bone, HU=N or MU=N (1/mm); must be given
+    std::string mesh_unit;  ///< mm, cm, m or in; "" = mm, and sizes that are unlikely then are named or refused
+    std::optional<double> mesh_spacing_mm;           ///< side of its voxels, in (0, 10]
+    std::optional<double> proposed_mesh_spacing_mm;  ///< where that is not given; default: 256 voxels along the model
 };
 
 /// A CT, and what was decided on reading it.
@@ -48,9 +53,17 @@ struct VolumeFile {
 };
 
 /// Reads NIfTI, MHA/MHD, NRRD, a multi-page TIFF or a DICOM series' folder into LPS [mm], honouring origin, spacing and
-/// direction; HU become attenuation [1/mm]. Throws Error for a file that is missing, damaged or cut off, and for
-/// options that do not fit it.
+/// direction; HU become attenuation [1/mm]. Or fills a model: STL, OBJ, PLY, or JSON with several parts; ct is then its
+/// own frame, and a voxel has the attenuation of the material times the share that is inside. Throws Error for a file
+/// that is missing, damaged or cut off, a surface that is open, and options that do not fit it.
 [[nodiscard]] VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOptions& options = {});
+
+/// True for files that read_volume fills as models: .stl, .obj, .ply, .json.
+[[nodiscard]] bool is_model(const std::filesystem::path& path);
+
+/// The middle of a model's box [mm, its own frame], for those who choose a spacing by where it is seen. Throws Error as
+/// read_volume does.
+[[nodiscard]] Eigen::Vector3d model_centre_mm(const std::filesystem::path& path, const VolumeReadOptions& options);
 
 /// Reads a label map: whole numbers in any of these formats, on a grid of its own. A TIFF has the grid of `like`, whose
 /// size it must have. Throws Error for fractions and for numbers beyond 32 bits.
