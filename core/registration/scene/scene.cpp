@@ -1,0 +1,213 @@
+#include "core/registration/scene/scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/registration/policy.h"
+#include "core/registration/registration.h"
+#include "core/registration/scene/scene_descent.h"
+
+namespace raylign::detail {
+namespace {
+
+// Where all together may have ended wrongly is a local minimum near the right place: other edges beside the object's
+// own.
+constexpr double kAround_mm = 15, kAround_deg = 30;
+constexpr double kSamePlace_mm = 1;  // at the rim: ends closer than this are the same
+constexpr int kRounds = 2;           // of judging and moving together again
+
+/// What a search goes out from.
+enum class Around { the_scene, the_start };
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+void check_scene_options(std::span<const SceneObject> objects, const RegistrationOptions& options,
+                         const Backend& backend) {
+    check_options(options, backend);
+    if (options.method != Method::automatic && options.method != Method::gauss_newton) {
+        throw bad_value("method of several objects", method_name(options.method), "auto or gauss-newton");
+    }
+    if (options.refine_views) throw Error("refine_views: not with several objects");
+    const bool moves = std::ranges::any_of(objects, [](const auto& o) { return o.mobility == Mobility::moves; });
+    if (!moves) throw Error("objects: at least one must move");
+    for (std::size_t a = 0; a < objects.size(); ++a) {
+        if (!is_finite(objects[a].start_world_from_ct)) {
+            throw Error("start pose of " + objects[a].name + ": must have finite numbers only");
+        }
+        for (std::size_t b = 0; b < a; ++b) {
+            if (objects[a].name == objects[b].name) throw Error("objects: two are called " + objects[a].name);
+        }
+    }
+}
+
+/// How one object is registered alone: around where all together ended, or around its start.
+RegistrationOptions alone(const RegistrationOptions& options, Around around) {
+    RegistrationOptions one = options;
+    one.content = Content::part;
+    one.suspect_mirrored = false;  // of a part among others nothing else would be said
+    one.rotation_centre_ct_mm.reset();
+    if (one.search.mode == Search::automatic) one.search.mode = Search::near;
+    if (around == Around::the_scene && one.search.mode == Search::near) {
+        one.search.range_mm = std::min(one.search.range_mm.value_or(kAround_mm), kAround_mm);
+        one.search.range_deg = std::min(one.search.range_deg.value_or(kAround_deg), kAround_deg);
+    }
+    return one;
+}
+
+/// The views less what all objects but `kept` show.
+std::vector<View> remainder(const SceneDescent& scene, std::size_t kept) {
+    std::vector<View> views(scene.views.begin(), scene.views.end());
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        for (std::size_t k = 0; k < scene.world_from_ct.size(); ++k) {
+            if (k == kept) continue;
+            const Image& drr = scene.full_drrs[k][v];
+            const auto gain = static_cast<float>(scene.gains[v]);
+            std::ranges::transform(views[v].image.pixels, drr.pixels, views[v].image.pixels.begin(),
+                                   [gain](float x, float d) { return x - gain * d; });
+        }
+    }
+    return views;
+}
+
+/// A result that says why there is none.
+RegistrationResult not_judged(const SceneObject& object, const RigidTransform& world_from_ct, const std::string& why) {
+    RegistrationResult result;
+    result.world_from_ct = world_from_ct;
+    result.start_world_from_ct = object.start_world_from_ct;
+    result.content = Content::part;
+    result.method = Method::gauss_newton;
+    if (!why.empty()) result.reasons.push_back(why);
+    result.ok = why.empty();
+    return result;
+}
+
+/// An object against what the others leave of the X-rays.
+RegistrationResult register_alone(SceneDescent& scene, std::size_t k, const SceneObject& object, Around around) {
+    const RigidTransform& from = around == Around::the_scene ? scene.world_from_ct[k] : object.start_world_from_ct;
+    try {
+        RegistrationOptions options = alone(scene.options, around);
+        if (object.is_rest) options.search.mode = Search::none;
+        if (options.time_limit_s) options.time_limit_s = std::max(1e-3, *options.time_limit_s - elapsed_s(scene));
+        RegistrationResult result = register_resident(scene.volumes[k], remainder(scene, k), from, options,
+                                                      {{}, scene.control.stop, scene.control.meanwhile});
+        result.start_world_from_ct = object.start_world_from_ct;
+        return result;
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        return not_judged(object, scene.world_from_ct[k], error.what());
+    }
+}
+
+/// Finishes and judges every object that moves.
+void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    result.objects.clear();
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        show_scene_progress(scene, k + 1 == objects.size() ? 1 : 0.5 + 0.5 * k / objects.size());
+        if (objects[k].mobility == Mobility::stays) {
+            result.objects.push_back(not_judged(objects[k], scene.world_from_ct[k], {}));
+        } else {
+            result.objects.push_back(register_alone(scene, k, objects[k], Around::the_scene));
+        }
+    }
+}
+
+double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
+    return apart_mm(world_from_ct, scene.world_from_ct[k], scene.volumes[k].extent());
+}
+
+/// Takes over what objects found alone, elsewhere than all together, where the scene explains the X-rays better with
+/// it; of those that are doubtful also what a search around their start finds. True where a pose has changed.
+bool take_better_places(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    bool has_changed = false;
+    const auto take = [&](std::size_t k, const RegistrationResult& found) {
+        if (found.levels.empty() || moved_mm(scene, k, found.world_from_ct) < kSamePlace_mm) return false;
+        if (!try_pose(scene, k, found.world_from_ct)) return false;
+        result.decisions.push_back(objects[k].name + ": moved by a search against what the others leave unexplained");
+        return has_changed = true;
+    };
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
+        if (take(k, result.objects[k]) || result.objects[k].ok) continue;
+        take(k, register_alone(scene, k, objects[k], Around::the_start));
+    }
+    return has_changed;
+}
+
+/// An object that ends elsewhere alone than with all others is not to be trusted.
+void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        RegistrationResult& object = result.objects[k];
+        if (objects[k].mobility == Mobility::stays || object.levels.empty()) continue;
+        const double apart = moved_mm(scene, k, object.world_from_ct);
+        if (apart < kSamePlace_mm) continue;
+        object.reasons.push_back("all objects together fit better " + fixed(apart, 1) +
+                                 " mm from where it fits best against what the others leave");
+    }
+}
+
+/// An object whose centre lies farther from its start than searches around it reach was not compared with its
+/// neighbours: of a spine it may be the wrong vertebra.
+void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    const SearchOptions& search = scene.options.search;
+    if (search.mode == Search::none || search.mode == Search::global) return;
+    const double range_mm = search.range_mm.value_or(kNearRange_mm);
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
+        const Eigen::Vector3d centre_ct = scene.volumes[k].extent().centre_ct_mm;
+        const double shift_mm =
+            (result.objects[k].world_from_ct * centre_ct - objects[k].start_world_from_ct * centre_ct).norm();
+        if (shift_mm <= range_mm) continue;
+        result.objects[k].reasons.push_back("the result lies " + fixed(shift_mm, 1) +
+                                            " mm from the start, beyond the " + fixed(range_mm, 0) +
+                                            " mm that were searched");
+    }
+}
+
+}  // namespace
+
+SceneResult register_scene(std::span<const SceneObject> objects, std::span<const View> views,
+                           const RegistrationOptions& options, Backend& backend, const RunControl& control) {
+    const auto begin = std::chrono::steady_clock::now();
+    check_scene_options(objects, options, backend);
+    check_views(views);
+    SceneDescent scene(views, options, control);
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        scene.volumes.emplace_back(objects[k].volume, options.render, backend);
+        scene.starts_world_from_ct.push_back(objects[k].start_world_from_ct);
+        if (objects[k].mobility == Mobility::moves) scene.moving.push_back(k);
+        if (objects[k].mobility == Mobility::moves && !objects[k].is_rest) scene.guides.push_back(k);
+    }
+    if (scene.guides.empty()) scene.guides = scene.moving;
+    scene.world_from_ct = scene.starts_world_from_ct;
+    SceneResult result;
+    descend_together(scene);
+    result.together_s = seconds_since(begin);
+    judge_all(scene, objects, result);
+    const bool may_search = options.search.mode != Search::none;
+    for (int round = 0; round < kRounds && may_search && !scene.stopped_by; ++round) {
+        if (!take_better_places(scene, objects, result)) break;
+        finish_together(scene);
+        judge_all(scene, objects, result);
+    }
+    doubt_other_places(scene, objects, result);
+    doubt_far_places(scene, objects, result);
+    result.together = scene.world_from_ct;
+    result.cost_initial = scene.cost_initial;
+    result.cost_final = scene.cost_final;
+    result.iterations = scene.iterations;
+    result.ok = true;
+    for (RegistrationResult& object : result.objects) {
+        if (scene.stopped_by && object.ok) object.reasons.push_back(*scene.stopped_by);
+        object.ok = object.reasons.empty();
+        result.ok = result.ok && object.ok;
+    }
+    result.total_s = seconds_since(begin);
+    return result;
+}
+
+}  // namespace raylign::detail

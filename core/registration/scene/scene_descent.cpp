@@ -1,0 +1,183 @@
+#include "core/registration/scene/scene_descent.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/number_text.h"
+#include "core/image/pyramid.h"
+#include "core/registration/level/plan.h"
+#include "core/registration/policy.h"
+
+namespace raylign::detail {
+namespace {
+
+constexpr double kStep_px = 25;  // longest step of an object at its rim
+constexpr double kTolerance_coarse_px = 2e-2, kTolerance_finest_px = 2e-3;
+constexpr double kLeastDecrease_coarse = 1e-6, kLeastDecrease_finest = 1e-9;
+constexpr int kRobustRounds = 3;
+constexpr double kFineShare = 0.25;  // of the filter's width: a bone's fine edges are its own, wide ones are not
+constexpr double kLeastSigma_px = 0.5;
+
+/// One level for all: the pyramid of the object that allows the fewest levels.
+struct ScenePlan {
+    LevelPlan images;
+    std::vector<int> volume_halvings;  ///< per object
+};
+
+std::vector<LevelPlan> plan_of(SceneDescent& scene, std::size_t k, const GradientFilter& filter) {
+    const ResidentVolume& volume = scene.volumes[k];
+    return plan_levels(volume.volume(), scene.views, scene.world_from_ct[k], volume.extent(), filter,
+                       scene.options.levels);
+}
+
+/// Of an object's own levels the halvings of the one whose images are the plan's, or the nearest to it.
+int halvings_like(const std::vector<LevelPlan>& own, const LevelPlan& plan) {
+    const auto distance = [&](const LevelPlan& level) {
+        return std::abs(level.image_halvings.front() - plan.image_halvings.front());
+    };
+    return std::ranges::min_element(own, {}, distance)->volume_halvings;
+}
+
+std::vector<ScenePlan> plan_scene(SceneDescent& scene) {
+    const GradientFilter& filter = scene.options.similarity.filter;
+    std::vector<std::vector<LevelPlan>> own;
+    for (std::size_t k = 0; k < scene.volumes.size(); ++k) own.push_back(plan_of(scene, k, filter));
+    const std::size_t guide = *std::ranges::min_element(scene.guides, {}, [&](std::size_t k) { return own[k].size(); });
+    std::vector<ScenePlan> plans;
+    for (const LevelPlan& images : own[guide]) {
+        plans.push_back({images, {}});
+        for (const auto& levels : own) plans.back().volume_halvings.push_back(halvings_like(levels, images));
+    }
+    return plans;
+}
+
+SceneLevel make_level(SceneDescent& scene, const ScenePlan& plan, const GradientFilter& filter) {
+    SceneLevel level;
+    level.similarity = {scene.options.similarity.metric, filter};
+    level.pixel_at_object_mm = plan.images.pixel_at_object_mm;
+    for (std::size_t v = 0; v < scene.views.size(); ++v) {
+        View view = scene.views[v];
+        for (int i = 0; i < plan.images.image_halvings[v]; ++i) view = half_resolution(view);
+        level.fixed.push_back(make_fixed_channels(view, level.similarity));
+        level.views.push_back(std::move(view));
+    }
+    for (std::size_t k = 0; k < scene.volumes.size(); ++k) {
+        level.objects.emplace_back(scene.volumes[k], plan.volume_halvings[k], level.views, level.similarity,
+                                   level.pixel_at_object_mm);
+        level.objects.back().show(scene.world_from_ct[k]);
+    }
+    weigh_scene(level, kDomainMargin_mm);
+    return level;
+}
+
+/// True where the caller or the clock ends the run.
+bool is_over(SceneDescent& scene) {
+    if (scene.control.meanwhile) scene.control.meanwhile();
+    if (scene.control.stop.stop_requested()) {
+        scene.stopped_by = "stopped by the caller: the best pose so far";
+    } else if (scene.options.time_limit_s && elapsed_s(scene) > *scene.options.time_limit_s) {
+        scene.stopped_by =
+            "the time limit of " + number_text(*scene.options.time_limit_s) + " s was over: the best pose so far";
+    }
+    return scene.stopped_by.has_value();
+}
+
+/// Moves the poses on this level until the cost no longer falls.
+void optimize(SceneDescent& scene, SceneLevel& level, bool is_finest) {
+    const double pixel_mm = level.pixel_at_object_mm;
+    const LevenbergMarquardtOptions options{
+        .max_step = kStep_px * pixel_mm * std::sqrt(static_cast<double>(scene.moving.size())),
+        .step_tolerance = (is_finest ? kTolerance_finest_px : kTolerance_coarse_px) * pixel_mm,
+        .decrease_tolerance = is_finest ? kLeastDecrease_finest : kLeastDecrease_coarse,
+        .max_iterations = scene.options.max_iterations_per_level};
+    SceneCast cast{scene.world_from_ct, scene.moving};
+    LevenbergMarquardtSearch search(scene_model(level, cast), options);
+    while (!search.done() && !is_over(scene)) {
+        SceneCast trial = cast;
+        for (std::size_t i = 0; i < cast.moving.size(); ++i) {
+            const std::size_t k = cast.moving[i];
+            const Eigen::VectorXd own = search.step().segment<6>(static_cast<Eigen::Index>(6 * i));
+            trial.world_from_ct[k] = make_pose_space(cast.world_from_ct[k], scene.volumes[k].extent()).pose(own);
+        }
+        if (search.take(scene_model(level, trial))) cast = trial;
+    }
+    scene.iterations += search.result().iterations;
+    scene.world_from_ct = cast.world_from_ct;
+    scene.cost_final = search.result().model.cost;
+    for (std::size_t k = 0; k < scene.volumes.size(); ++k) level.objects[k].show(scene.world_from_ct[k]);
+}
+
+GradientFilter fine(const GradientFilter& filter) {
+    GradientFilter narrow = filter;
+    narrow.sigma_px = std::max(kLeastSigma_px, filter.sigma_px * kFineShare);
+    narrow.radius_px = std::max(2, static_cast<int>(std::ceil(3 * narrow.sigma_px)));
+    return narrow;
+}
+
+/// DRRs of the views as given at the poses, and their gain: what others are judged against.
+void show_in_full(SceneDescent& scene, const SceneLevel& level) {
+    scene.gains = scene_gains(level);
+    scene.full_drrs.clear();
+    std::vector<View> bare(scene.views.begin(), scene.views.end());
+    for (View& view : bare) view.image = view.weights = {};
+    for (std::size_t k = 0; k < scene.volumes.size(); ++k) {
+        const auto session = scene.volumes[k].session(0, bare, level.similarity);
+        std::vector<Image>& drrs = scene.full_drrs.emplace_back();
+        for (std::size_t v = 0; v < bare.size(); ++v) drrs.push_back(session->render(scene.world_from_ct[k], v));
+    }
+}
+
+/// The finest level with a fine filter and robust weights.
+void finish_on(SceneDescent& scene, const ScenePlan& plan) {
+    SceneLevel level = make_level(scene, plan, fine(scene.options.similarity.filter));
+    for (int round = 0; round < kRobustRounds && !scene.stopped_by; ++round) {
+        if (scene.options.robust) reweigh_scene(level);
+        optimize(scene, level, true);
+        if (!scene.options.robust) break;
+    }
+    show_in_full(scene, level);
+    scene.cost_initial = scene_cost(level, scene.starts_world_from_ct);
+}
+
+}  // namespace
+
+void descend_together(SceneDescent& scene) {
+    const std::vector<ScenePlan> plans = plan_scene(scene);
+    for (const ScenePlan& plan : plans) {
+        const bool is_last = &plan == &plans.back();
+        if (is_last || is_over(scene)) break;
+        SceneLevel level = make_level(scene, plan, plan.images.filter);
+        optimize(scene, level, false);
+        show_scene_progress(scene, 0.4 * static_cast<double>(&plan - plans.data() + 1) / plans.size());
+        if (!scene.options.robust) continue;
+        reweigh_scene(level);
+        optimize(scene, level, false);
+    }
+    finish_on(scene, plans.back());
+}
+
+double elapsed_s(const SceneDescent& scene) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - scene.begin).count();
+}
+
+void show_scene_progress(const SceneDescent& scene, double fraction) {
+    if (!scene.control.on_progress) return;
+    scene.control.on_progress({.iteration = scene.iterations,
+                               .cost = scene.cost_final,
+                               .fraction = fraction,
+                               .remaining_s = elapsed_s(scene) * (1 - fraction) / std::max(fraction, 1e-3)});
+}
+
+void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene).back()); }
+
+bool try_pose(SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
+    SceneLevel level = make_level(scene, plan_scene(scene).back(), fine(scene.options.similarity.filter));
+    std::vector<RigidTransform> poses = scene.world_from_ct;
+    const double before = scene_cost(level, poses);
+    poses[k] = world_from_ct;
+    if (!(scene_cost(level, poses) < before)) return false;
+    scene.world_from_ct = poses;
+    return true;
+}
+
+}  // namespace raylign::detail

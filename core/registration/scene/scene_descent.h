@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/registration/object/resident_volume.h"
+#include "core/registration/scene/scene_level.h"
+#include "raylign/registration.h"
+
+namespace raylign::detail {
+
+/// What all steps of one scene share.
+struct SceneDescent {
+    SceneDescent(std::span<const View> shown, const RegistrationOptions& chosen, const RunControl& watched)
+        : views(shown), options(chosen), control(watched) {}
+
+    std::span<const View> views;
+    const RegistrationOptions& options;
+    const RunControl& control;
+    std::deque<ResidentVolume> volumes;                               ///< per object
+    std::vector<RigidTransform> starts_world_from_ct, world_from_ct;  ///< per object; the second: the best so far
+    std::vector<std::size_t> moving, guides;    ///< those that move; those of them that say how coarse to begin
+    std::vector<std::vector<Image>> full_drrs;  ///< per object and view at these poses, of the views as given
+    std::vector<double> gains;                  ///< per view, of the sum of them
+    double cost_initial = 0, cost_final = 0;    ///< on the finest level
+    int iterations = 0;
+    std::optional<std::string> stopped_by;  ///< why it ended early
+    std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+};
+
+/// Moves all objects together, coarse to fine.
+void descend_together(SceneDescent& scene);
+
+/// The finest level once more, from the poses as they are.
+void finish_together(SceneDescent& scene);
+
+/// Wall time since the scene began.
+[[nodiscard]] double elapsed_s(const SceneDescent& scene);
+
+/// Tells the caller how far the run is: a share in [0, 1].
+void show_scene_progress(const SceneDescent& scene, double fraction);
+
+/// Takes the pose for object k where the scene explains the X-rays better with it, all others as they are.
+[[nodiscard]] bool try_pose(SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct);
+
+}  // namespace raylign::detail
