@@ -38,13 +38,100 @@ def test_move_turns_about_the_centre(spine, session):
         raylign.move(spine.truth, [0, 0, 0], session.centre)
 
 
-def test_torch_has_the_gradient(spine, session):
+def differences(value, poses, centre):
+    """Of value(poses) (N,) along move, by central differences: (N, 6)."""
+    step = np.diag([5e-4] * 3 + [0.05] * 3)  # rad, mm
+    columns = [(value(raylign.move(poses, np.tile(row, (len(poses), 1)), centre)) -
+                value(raylign.move(poses, np.tile(-row, (len(poses), 1)), centre))) / (2 * row.max()) for row in step]
+    return np.stack(columns, axis=1)
+
+
+def assert_close(gradients, expected):
+    scale = np.array([60.0] * 3 + [1.0] * 3)  # rotations as the millimetres that they move the spine's side
+    assert np.linalg.norm((gradients - expected) / scale) < 0.02 * np.linalg.norm(expected / scale), (gradients, expected)
+
+
+def test_drr_gradient_is_the_derivative_of_what_is_rendered(spine, session):
+    poses = np.stack([spine.start, spine.truth])
+    upstream = np.random.default_rng(3).normal(0.2, 1, (2, 2, 96, 96))
+    upstream[0, 1] = 1  # a constant: what a sum has
+
+    def product(at):
+        return (raylign.drr(spine.volume, spine.views, at, "cpu") * upstream).sum(axis=(1, 2, 3), dtype=float)
+
+    gradients = session.drr_gradient(poses, upstream)
+    assert gradients.shape == (2, 6) and gradients.dtype == float
+    assert_close(gradients, differences(product, poses, session.centre))
+    assert np.array_equal(session.drr_gradient(poses[1], [list(upstream[1])])[0], gradients[1])  # lists will do, too
+    elsewhere = session.drr_gradient(poses, upstream, centre_ct_mm=session.centre + [10, 0, 0])
+    np.testing.assert_allclose(elsewhere[:, 3:], gradients[:, 3:], rtol=1e-5)  # a shift is one about any point
+    assert not np.allclose(elsewhere[:, :3], gradients[:, :3])
+
+
+@pytest.mark.parametrize("upstream, says", [
+    (np.ones((1, 2, 96, 95)), r"upstream\[0\]\[0\]: must have the shape \(96, 96\) of the camera, has \(96, 95\)"),
+    (np.ones((1, 1, 96, 96)), r"upstream\[0\]: must have the length 2, has 1"),
+    (np.ones((2, 2, 96, 96)), "upstream: must have the length 1, has 2"),
+    (np.full((1, 2, 96, 96), np.nan), r"upstream\[0\]\[0\]: must be finite"),
+    (3, "upstream: must be an array or lists of images"),
+])
+def test_what_is_no_upstream_is_refused(spine, session, upstream, says):
+    with pytest.raises(raylign.Error, match=says):
+        session.drr_gradient(spine.start, upstream)
+
+
+def test_torch_has_the_gradient_of_the_cost(spine, session):
     torch = pytest.importorskip("torch")
     from raylign.torch import cost
 
+    poses = np.stack([spine.start, spine.truth])
     twists = torch.zeros((2, 6), dtype=torch.float64, requires_grad=True)
-    cost(twists, np.stack([spine.start, spine.truth]), session).sum().backward()
-    np.testing.assert_allclose(twists.grad.numpy(), session.linearize(np.stack([spine.start, spine.truth]))[1])
+    costs = cost(twists, poses, session)
+    np.testing.assert_allclose(costs.detach().numpy(), session.evaluate(poses), atol=1e-7)
+    (costs * torch.tensor([1.0, -3.0])).sum().backward()
+    np.testing.assert_allclose(twists.grad.numpy(), session.linearize(poses)[1] * [[1], [-3]])
+
+
+def test_torch_has_the_gradient_of_drrs(spine, session):
+    """Through a loss that PyTorch differentiates: what one would train with."""
+    torch = pytest.importorskip("torch")
+    from raylign.torch import drr
+
+    poses = np.stack([spine.start, spine.truth])
+    xrays = torch.tensor(np.stack([view.image for view in spine.views]), dtype=torch.float64)
+
+    def losses(images):
+        return ((images - xrays) ** 2).mean(dim=(2, 3)).sum(dim=1) + torch.tanh(images).mean(dim=(1, 2, 3))
+
+    for kind in (torch.float64, torch.float32):
+        twists = torch.zeros((2, 6), dtype=kind, requires_grad=True)
+        images = drr(twists, torch.tensor(poses), session)
+        assert images.shape == (2, 2, 96, 96) and images.dtype == kind
+        assert np.array_equal(images.detach().numpy(), raylign.drr(spine.volume, spine.views, poses, "cpu").astype(images.detach().numpy().dtype))
+        losses(images).sum().backward()
+        assert twists.grad.dtype == kind
+        assert_close(twists.grad.double().numpy(), differences(
+            lambda at: losses(torch.tensor(raylign.drr(spine.volume, spine.views, at, "cpu"), dtype=torch.float64)).numpy(), poses, session.centre))
+    with pytest.raises(raylign.Error, match=r"twists: must have the shape \(2, 6\) for 2 poses, has \(1, 6\)"):
+        drr(torch.zeros((1, 6)), poses, session)
+
+
+def test_torch_descends_to_the_pose(spine, session):
+    """The loop of docs/python.md: a step, then the poses move and the twists begin at zero again."""
+    torch = pytest.importorskip("torch")
+    from raylign.torch import drr
+
+    pose = raylign.perturbed_start(spine.truth, spine.targets, 1.5, 4)[None]
+    xrays = torch.tensor(np.stack([view.image for view in spine.views]))
+    scale = torch.tensor([1 / 60] * 3 + [1.0] * 3)
+    assert spine.error_mm(pose[0]) > 1.4
+    for _ in range(25):
+        twists = torch.zeros((1, 6), requires_grad=True)
+        loss = ((drr(twists, pose, session) - xrays) ** 2).mean()
+        loss.backward()
+        direction = scale**2 * twists.grad
+        pose = raylign.move(pose, (-0.15 * direction / (scale * twists.grad).norm()).numpy(), session.centre)
+    assert spine.error_mm(pose[0]) < 0.4  # recorded: 0.13
 
 
 def test_an_optimizer_of_ones_own_ends_right(spine, session):

@@ -1,5 +1,10 @@
 import ast
+import os
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 import raylign
 from raylign import _native
@@ -17,13 +22,28 @@ def declared(body):
 
 
 def test_type_checkers_are_told_what_there_is():
-    assert declared(STUB.body) == public(dir(_native))
+    assert {name for name in declared(STUB.body) if not name.startswith("_") or name == "__version__"} == public(dir(_native))
     for node in STUB.body:
         if not isinstance(node, ast.ClassDef) or issubclass(getattr(_native, node.name), BaseException):
             continue
         there = {name for name in vars(getattr(_native, node.name)) if not name.startswith("__")}
         told = {name for name in declared(node.body) if name != "notes"}  # set by read_volume
-        assert told == there - {"_repr_html_"}, node.name
+        assert told == there, node.name
+
+
+# Of pybind11's making: a metaclass of its own, and constructors of classes that only raylign makes.
+NOT_FAULTS = r"""raylign\._native\.(Backend|Result|Session|TrackFrame|Tracker|View|Volume)
+raylign\._native\.(Result|TrackFrame)\.__init__
+"""
+
+
+def test_mypy_finds_the_stubs_as_the_module_is(tmp_path):
+    pytest.importorskip("mypy")
+    (tmp_path / "allowed").write_text(NOT_FAULTS)
+    package = str(Path(raylign.__file__).parents[1])
+    done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "raylign._native", "--allowlist", "allowed", "--ignore-unused-allowlist"],
+                          cwd=tmp_path, env={**os.environ, "MYPYPATH": package}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_what_is_offered_is_there_and_documented():

@@ -1,3 +1,5 @@
+import json
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,13 @@ def test_one_camera_told_in_three_ways():
         np.testing.assert_allclose(view.source, c.source, atol=1e-6)
     assert c.sdd_mm == 1500 and by_matrix.sdd_mm is None
     np.testing.assert_allclose(c.project(points[:1]), [[47.5, 47.5]], atol=1e-9)
+
+
+def test_poses_that_raylign_gave_out_come_back_to_the_last_bit(spine, tmp_path):
+    for seed in range(20):
+        pose = raylign.perturbed_start(spine.truth, spine.targets, 20, seed)
+        raylign.write_pose(tmp_path / "pose.json", pose)
+        assert np.array_equal(json.loads((tmp_path / "pose.json").read_text())["world_from_ct"], pose)
 
 
 def test_images_go_in_and_come_out():

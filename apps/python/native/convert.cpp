@@ -1,5 +1,6 @@
 #include "apps/python/native/convert.h"
 
+#include <Eigen/LU>
 #include <memory>
 
 #include "raylign/error.h"
@@ -7,7 +8,27 @@
 namespace raylign::detail::python {
 namespace {
 
-/// Of a number type, whatever its order in memory.
+template <class Number>
+py::array_t<Number> in_c_order(const py::object& object, const std::string& what) {
+    using Ordered = py::array_t<Number, py::array::c_style | py::array::forcecast>;
+    return Ordered(real_array(object, what));
+}
+
+constexpr double kRoundedOff = 1e-13;  // of a rotation that raylign itself gave out
+
+/// What raylign gave out comes back as it was, to the last bit: it is not made orthonormal once more.
+RigidTransform pose_at(const double* values, const std::string& where) {
+    const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values);
+    const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+    const Eigen::Matrix3d deviation = rotation.transpose() * rotation - Eigen::Matrix3d::Identity();
+    const bool is_one = matrix.allFinite() && matrix.row(3) == Eigen::RowVector4d::UnitW() &&
+                        deviation.cwiseAbs().maxCoeff() < kRoundedOff && rotation.determinant() > 0;
+    if (is_one) return {rotation, matrix.topRightCorner<3, 1>()};
+    return rigid_from_matrix(matrix, where);
+}
+
+}  // namespace
+
 py::array real_array(const py::object& object, const std::string& what) {
     const py::array array = py::array::ensure(object);
     if (!array) {
@@ -22,18 +43,6 @@ py::array real_array(const py::object& object, const std::string& what) {
     }
     return array;
 }
-
-template <class Number>
-py::array_t<Number> in_c_order(const py::object& object, const std::string& what) {
-    using Ordered = py::array_t<Number, py::array::c_style | py::array::forcecast>;
-    return Ordered(real_array(object, what));
-}
-
-RigidTransform pose_at(const double* values, const std::string& where) {
-    return rigid_from_matrix(Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values), where);
-}
-
-}  // namespace
 
 py::array_t<double> numbers(const py::object& object, const std::string& what) {
     return in_c_order<double>(object, what);

@@ -21,6 +21,9 @@ namespace py = pybind11;
 [[nodiscard]] py::array_t<double> numbers(const py::object& object, const std::string& what);
 [[nodiscard]] py::array_t<float> floats(const py::object& object, const std::string& what);
 
+/// The same as they are, of any type of real numbers and in any order in memory.
+[[nodiscard]] py::array real_array(const py::object& object, const std::string& what);
+
 /// "(256, 256)": for messages.
 [[nodiscard]] std::string shape_text(const py::array& array);
 

@@ -1,4 +1,5 @@
 #include "apps/python/native/bind.h"
+#include "apps/python/native/interpreter.h"
 #include "raylign/error.h"
 #include "raylign/version.h"
 
@@ -29,6 +30,7 @@ void bind_errors(py::module_& module) {
 PYBIND11_MODULE(_native, module) {
     using namespace raylign::detail::python;
     module.attr("__version__") = raylign::version();
+    watch_the_interpreters_end();
     bind_errors(module);
     bind_volume(module);
     bind_views(module);

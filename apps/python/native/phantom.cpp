@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "apps/python/native/bind.h"
+#include "apps/python/native/interpreter.h"
 #include "raylign/error.h"
 #include "raylign/simulate.h"
 #include "raylign/view.h"
@@ -20,7 +21,7 @@ Phantom named(const std::string& name, double extent_mm) {
 }
 
 std::shared_ptr<Volume> voxels(const std::string& name, double extent_mm, int size) {
-    const py::gil_scoped_release others_may_run;
+    const OthersMayRun others_may_run;
     return std::make_shared<Volume>(
         voxelise(named(name, extent_mm),
                  centred_grid(Eigen::Vector3i::Constant(size), Eigen::Vector3d::Constant(extent_mm / size))));
@@ -30,8 +31,8 @@ std::shared_ptr<Volume> voxels(const std::string& name, double extent_mm, int si
 View xray(const std::string& name, double extent_mm, const View& view, const py::object& world_from_ct, double photons,
           std::uint64_t seed) {
     const RigidTransform pose = pose_from(world_from_ct, "world_from_ct");
-    const py::gil_scoped_release others_may_run;
-    View taken = view;
+    View taken = view;  // now: other threads may change the view as soon as they run
+    const OthersMayRun others_may_run;
     taken.image = exact_drr(named(name, extent_mm), view.geometry, pose);
     if (photons > 0) taken.image = with_photon_noise(taken.image, photons, seed);
     return taken;

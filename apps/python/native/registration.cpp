@@ -45,12 +45,17 @@ private:
         const auto now = std::chrono::steady_clock::now();
         if (raised_ || now - asked_ < kAskEvery) return;
         asked_ = now;
-        const py::gil_scoped_acquire python;
-        if (PyErr_CheckSignals() != 0) keep(py::error_already_set());
+        const InPython python;
+        if (!python) {
+            stop_.request_stop();
+        } else if (PyErr_CheckSignals() != 0) {
+            keep(py::error_already_set());
+        }
     }
     void tell(const RegistrationProgress& at) {
         if (raised_) return;
-        const py::gil_scoped_acquire python;
+        const InPython python;
+        if (!python) return;
         try {
             on_progress_(at.fraction, at.remaining_s, at.cost);
         } catch (py::error_already_set& error) {

@@ -1,5 +1,8 @@
 #include "apps/python/native/session.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "apps/python/native/bind.h"
@@ -23,7 +26,7 @@ std::shared_ptr<SharedBackend> make_backend(const std::string& name, std::option
         options.gl.interpolation = options.gl_2006.interpolation = interpolation_from_name(interpolation);
     options.gl.device = options.gl_2006.device = device;
     options.gl.crop = options.gl_2006.crop = crop;
-    const py::gil_scoped_release others_may_run;
+    const OthersMayRun others_may_run;
     return std::make_shared<SharedBackend>(create_backend(name, options));
 }
 
@@ -46,7 +49,7 @@ py::dict info(const SharedBackend& backend) {
 py::list statuses() {
     std::vector<BackendStatus> all;
     {
-        const py::gil_scoped_release others_may_run;
+        const OthersMayRun others_may_run;
         all = backend_statuses();
     }
     py::list list;
@@ -66,14 +69,14 @@ std::shared_ptr<SharedSession> prepare(const Volume& volume, const std::vector<V
     const RegistrationOptions chosen = options_from(options);
     const AtWork at_work(*backend);
     return std::make_shared<SharedSession>(
-        backend, backend->choice.backend->prepare({volume, views, chosen.render, chosen.similarity}));
+        backend, backend->choice.backend->prepare({volume, views, chosen.render, chosen.similarity}), views);
 }
 
 std::shared_ptr<SharedSession> with_views(SharedSession& self, const std::vector<View>& views,
                                           const py::dict& options) {
     const RegistrationOptions chosen = options_from(options);
     const AtWork at_work(*self.backend());
-    return std::make_shared<SharedSession>(self.backend(), self.session().with_views(views, chosen.similarity));
+    return std::make_shared<SharedSession>(self.backend(), self.session().with_views(views, chosen.similarity), views);
 }
 
 py::array_t<double> evaluate(SharedSession& self, const py::object& poses) {
@@ -121,12 +124,86 @@ py::object render(SharedSession& self, const py::object& pose, std::size_t view)
     return image_array(std::move(image));
 }
 
+void check_upstream(const Image& image, const ViewGeometry& view, const std::string& what) {
+    const Eigen::Vector2i& size = view.camera.size_px;
+    if (image.width != size.x() || image.height != size.y()) {
+        throw Error(what + ": must have the shape (" + std::to_string(size.y()) + ", " + std::to_string(size.x()) +
+                    ") of the camera, has (" + std::to_string(image.height) + ", " + std::to_string(image.width) + ")");
+    }
+    if (!std::ranges::all_of(image.pixels, [](float value) { return std::isfinite(value); }))
+        throw Error(what + ": must be finite");
+}
+
+/// [pose][view]: an array of them, or lists where views differ in size.
+std::vector<std::vector<Image>> upstream_from(const py::object& upstream, std::size_t poses,
+                                              const std::vector<ViewGeometry>& views) {
+    const auto items = [](const py::object& of, const std::string& what, std::size_t count) {
+        if (!py::isinstance<py::iterable>(of)) throw Error(what + ": must be an array or lists of images");
+        const py::list list(of);
+        if (list.size() != count) {
+            throw Error(what + ": must have the length " + std::to_string(count) + ", has " +
+                        std::to_string(list.size()));
+        }
+        return list;
+    };
+    std::vector<std::vector<Image>> images(poses);
+    const py::list of_poses = items(upstream, "upstream", poses);
+    for (std::size_t i = 0; i < poses; ++i) {
+        const std::string what = "upstream[" + std::to_string(i) + "]";
+        const py::list of_views = items(of_poses[i], what, views.size());
+        for (std::size_t v = 0; v < views.size(); ++v) {
+            const std::string which = what + "[" + std::to_string(v) + "]";
+            images[i].push_back(image_from(of_views[v], which));
+            check_upstream(images[i].back(), views[v], which);
+        }
+    }
+    return images;
+}
+
+/// sum over views v and pixels p of U_v(p) dI_v(p) / dt, with the DRRs' derivatives as the backend makes them.
+Twist drr_gradient(Session& session, const RigidTransform& world_from_ct, const Eigen::Vector3d& centre_ct_mm,
+                   const std::vector<Image>& upstream) {
+    Twist gradient = Twist::Zero();
+    for (std::size_t v = 0; v < upstream.size(); ++v) {
+        const DrrWithDerivatives at = session.render_with_derivatives(world_from_ct, centre_ct_mm, v);
+        const std::vector<float>& weights = upstream[v].pixels;
+        for (int i = 0; i < 6; ++i) {
+            const std::vector<float>& derivative = at.derivatives[i].pixels;
+            gradient[i] = std::transform_reduce(weights.begin(), weights.end(), derivative.begin(), gradient[i],
+                                                std::plus<>(), [](double u, double d) { return u * d; });
+        }
+    }
+    return gradient;
+}
+
+py::array_t<double> drr_gradients(SharedSession& self, const py::object& poses, const py::object& upstream,
+                                  const Eigen::Vector3d& centre_ct_mm) {
+    const std::vector<RigidTransform> world_from_ct = poses_from(poses, "poses");
+    const auto images = upstream_from(upstream, world_from_ct.size(), self.cameras());
+    py::array_t<double> gradients({std::ssize(world_from_ct), py::ssize_t{6}});
+    double* values = gradients.mutable_data();
+    const AtWork at_work(*self.backend());
+    for (std::size_t i = 0; i < world_from_ct.size(); ++i)
+        Eigen::Map<Twist>(values + 6 * i) = drr_gradient(self.session(), world_from_ct[i], centre_ct_mm, images[i]);
+    return gradients;
+}
+
+/// Read under the lock: who works on the session changes them meanwhile.
+template <class Read>
+auto locked(Read read) {
+    return [read](SharedSession& self) {
+        const AtWork at_work(*self.backend());
+        return read(self.session());
+    };
+}
+
 /// Poses moved by twists about where each puts the centre: what linearize's derivatives are with respect to.
 py::array_t<double> move(const py::object& poses, const py::object& twists, const Eigen::Vector3d& centre_ct_mm) {
     const std::vector<RigidTransform> from = poses_from(poses, "poses");
     const py::array_t<double> by = numbers(twists, "twists");
-    const py::ssize_t count = by.ndim() == 1 ? 1 : by.shape(0);
-    if (by.ndim() > 2 || by.shape(by.ndim() - 1) != 6 || (from.size() != 1 && count != std::ssize(from)))
+    const bool is_list = by.ndim() == 1 || by.ndim() == 2;
+    const py::ssize_t count = by.ndim() == 2 ? by.shape(0) : 1;
+    if (!is_list || by.shape(by.ndim() - 1) != 6 || (from.size() != 1 && count != std::ssize(from)))
         throw Error("twists: must have the shape (6,) or (N, 6) for " + std::to_string(from.size()) + " poses, has " +
                     shape_text(by));
     py::array_t<double> moved({count, py::ssize_t{4}, py::ssize_t{4}});
@@ -173,11 +250,13 @@ void bind_session(py::module_& module) {
         .def("evaluate", &evaluate, "poses"_a)
         .def("linearize", &linearize, "poses"_a, "centre_ct_mm"_a)
         .def("render", &render, "pose"_a, "view"_a = 0)
+        .def("drr_gradient", &drr_gradients, "poses"_a, "upstream"_a, "centre_ct_mm"_a)
         .def("set_weights", &set_weights, "weights"_a)
         .def("with_views", &with_views, "views"_a, "options"_a)
         .def_property_readonly("view_count", [](SharedSession& self) { return self.session().view_count(); })
-        .def_property_readonly("volume_bytes", [](SharedSession& self) { return self.session().volume_bytes(); })
-        .def_property_readonly("evaluations", [](SharedSession& self) { return self.session().counters().evaluations; })
+        .def_property_readonly("volume_bytes", locked([](const Session& session) { return session.volume_bytes(); }))
+        .def_property_readonly("evaluations",
+                               locked([](const Session& session) { return session.counters().evaluations; }))
         .def_property_readonly("backend", [](const SharedSession& self) { return self.backend(); });
 }
 

@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "apps/python/native/bind.h"
+#include "apps/python/native/interpreter.h"
 #include "raylign/camera.h"
 #include "raylign/error.h"
 #include "raylign/intensity.h"
@@ -102,7 +103,7 @@ py::tuple line_integral(const py::object& pixels, const std::string& kind, const
 
 std::pair<std::vector<View>, std::vector<std::string>> read_xrays(const std::vector<std::string>& paths,
                                                                   bool needs_images, bool auto_mask) {
-    const py::gil_scoped_release others_may_run;
+    const OthersMayRun others_may_run;
     ViewsReadOptions options;
     options.images = needs_images ? ReadImages::required : ReadImages::if_named;
     options.auto_mask = auto_mask;
@@ -172,7 +173,7 @@ void bind_views(py::module_& module) {
     module.def(
         "read_pose",
         [](const std::filesystem::path& path) {
-            const py::gil_scoped_release others_may_run;
+            const OthersMayRun others_may_run;
             return matrix_of(read_pose(path));
         },
         "path"_a);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "apps/python/native/bind.h"
+#include "apps/python/native/interpreter.h"
 #include "raylign/error.h"
 #include "raylign/intensity.h"
 #include "raylign/io/volume.h"
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double kOrthonormal = 1e-4;  // files carry few digits
 
-VoxelGrid grid_of(const py::array_t<float>& array, const Eigen::Vector3d& spacing_mm, const Eigen::Vector3d& origin_mm,
+VoxelGrid grid_of(const py::array& array, const Eigen::Vector3d& spacing_mm, const Eigen::Vector3d& origin_mm,
                   const Eigen::Matrix3d& direction) {
     if (array.ndim() != 3 || array.size() == 0)
         throw Error("array: must have the shape (slices, rows, columns), has " + shape_text(array));
@@ -35,12 +36,11 @@ VoxelGrid grid_of(const py::array_t<float>& array, const Eigen::Vector3d& spacin
     return grid;
 }
 
-void check_finite(const py::array_t<float>& array) {
-    const float* values = array.data();
-    for (py::ssize_t i = 0; i < array.size(); ++i) {
+void check_finite(const float* values, std::size_t slice, const VoxelGrid& grid) {
+    const std::size_t columns = grid.size.x(), count = columns * grid.size.y();
+    for (std::size_t i = 0; i < count; ++i) {
         if (std::isfinite(values[i])) continue;
-        const py::ssize_t columns = array.shape(2), slice = array.shape(1) * columns;
-        throw Error("array[" + std::to_string(i / slice) + ", " + std::to_string(i % slice / columns) + ", " +
+        throw Error("array[" + std::to_string(slice) + ", " + std::to_string(i / columns) + ", " +
                     std::to_string(i % columns) + "] = " + std::to_string(values[i]) + ": must be finite");
     }
 }
@@ -50,18 +50,19 @@ std::shared_ptr<Volume> volume_from(const py::object& object, const Eigen::Vecto
                                     const std::string& unit, const std::string& hu_preset_name) {
     if (unit != "HU" && unit != "1/mm") throw Error("unit = " + unit + ": must be HU or 1/mm");
     const HuPreset& preset = hu_preset_name.empty() ? hu_presets().front() : hu_preset(hu_preset_name);
-    const py::array_t<float> array = floats(object, "array");
+    const py::array array = real_array(object, "array");
     auto volume = std::make_shared<Volume>();
     volume->grid = grid_of(array, spacing_mm, origin_mm, direction);
-    check_finite(array);
-    const float *begin = array.data(), *end = begin + array.size();
-    if (unit == "1/mm") {
-        volume->attenuation_per_mm.assign(begin, end);
-        return volume;
+    std::vector<float>& voxels = volume->attenuation_per_mm;
+    voxels.reserve(static_cast<std::size_t>(array.size()));
+    for (py::ssize_t k = 0; k < array.shape(0); ++k) {  // slice by slice: of other types no second volume is made
+        const py::array_t<float> slice = floats(array[py::int_(k)], "array");
+        check_finite(slice.data(), static_cast<std::size_t>(k), volume->grid);
+        voxels.insert(voxels.end(), slice.data(), slice.data() + slice.size());
     }
-    volume->attenuation_per_mm.reserve(static_cast<std::size_t>(array.size()));
-    for (const float* hu = begin; hu != end; ++hu)
-        volume->attenuation_per_mm.push_back(attenuation_from_hu(*hu, preset));
+    if (unit == "HU") {
+        for (float& voxel : voxels) voxel = attenuation_from_hu(voxel, preset);
+    }
     return volume;
 }
 
@@ -87,7 +88,7 @@ std::pair<std::shared_ptr<Volume>, std::vector<std::string>> read_ct(
     const std::vector<std::string>& label_names, const std::vector<std::int32_t>& label_numbers,
     const std::optional<double>& bone_threshold_hu, const std::string& series, const std::string& preset,
     bool is_attenuation, double hu_offset) {
-    const py::gil_scoped_release others_may_run;
+    const OthersMayRun others_may_run;
     VolumeReadOptions options;
     options.hu_preset = preset;
     options.is_attenuation = is_attenuation;
@@ -126,7 +127,7 @@ void bind_volume(py::module_& module) {
     module.def(
         "write_volume",
         [](const std::filesystem::path& path, const Volume& volume) {
-            const py::gil_scoped_release others_may_run;
+            const OthersMayRun others_may_run;
             write_volume(path, volume);
         },
         "path"_a, "volume"_a);

@@ -165,6 +165,12 @@ class Session:
         """The DRR of one view at one pose, (rows, columns) float32: line integrals."""
         return self._session.render(pose, view)
 
+    def drr_gradient(self, poses: Any, upstream: Any, centre_ct_mm: Optional[Sequence[float]] = None) -> np.ndarray:
+        """Vector-Jacobian products of the DRRs, (N, 6): the sum over views and pixels of upstream times the derivative of the DRR with
+        respect to a twist (rad, mm), as linearize has it. upstream: (N, V, rows, columns), or lists [pose][view] of (rows, columns);
+        finite. Views need no images; masks and weights do not matter. For chains of derivatives of one's own."""
+        return self._session.drr_gradient(poses, upstream, self.centre if centre_ct_mm is None else centre_ct_mm)
+
     def set_weights(self, weights: Sequence[Any]) -> None:
         """One image of weights per view, finite and not negative, until the next call; pixels that masks exclude stay excluded."""
         self._session.set_weights(weights)
@@ -178,6 +184,7 @@ class Session:
 
     @property
     def view_count(self) -> int:
+        """V, the number of views."""
         return self._session.view_count
 
     @property
@@ -192,6 +199,7 @@ class Session:
 
     @property
     def backend(self) -> Backend:
+        """What it works on; sessions that share one take turns."""
         return self._session.backend
 
 

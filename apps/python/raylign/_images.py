@@ -20,11 +20,24 @@ def _from_affine(array: np.ndarray, affine: Any) -> Volume:
     spacing = np.linalg.norm(axes, axis=0)
     if not (spacing > 0).all():
         raise Error("affine: an axis has no length")
+    while array.ndim > 3 and array.shape[-1] == 1:  # one point in time
+        array = array[..., 0]
+    if array.ndim != 3:
+        raise Error(f"image: must have three axes, has the shape {array.shape}")
     return Volume(np.transpose(array, (2, 1, 0)), spacing, _LPS_FROM_RAS @ matrix[:3, 3], axes / spacing)
 
 
+def _nibabel_array(image: Any) -> np.ndarray:
+    """What is in memory as it is; what is in a file, scaled, as floats, and not kept in the image."""
+    stored = getattr(image, "dataobj", None)
+    return stored if isinstance(stored, np.ndarray) else np.asarray(image.get_fdata(dtype=np.float32, caching="unchanged"))
+
+
 def _from_itk(image: Any) -> Volume:
-    """SimpleITK and ITK: LPS, mm; the array has slices first."""
+    """SimpleITK and ITK: LPS, mm; the array has slices first, and is theirs, not a copy."""
+    axes = image.GetDimension() if hasattr(image, "GetDimension") else image.GetImageDimension()
+    if axes != 3:
+        raise Error(f"image: must have three axes, has {axes}")
     if hasattr(image, "GetDirection") and not hasattr(image.GetDirection(), "GetVnlMatrix"):
         import SimpleITK
 
@@ -48,7 +61,12 @@ def _from_datasets(datasets: list) -> Volume:
     gaps = steps @ normal
     if len(slices) < 2 or not gaps.mean() > 0 or np.ptp(gaps) > 0.01 * gaps.mean() or np.abs(steps - np.outer(gaps, normal)).max() > 0.01:
         raise Error("datasets: must be two slices or more, evenly spaced along their normal, each once")
-    hu = np.stack([one.pixel_array * float(one.RescaleSlope) + float(one.RescaleIntercept) for one in slices])
+    shapes = {one.pixel_array.shape for one in slices}
+    if len(shapes) > 1 or len(min(shapes)) != 2:
+        raise Error(f"datasets: the slices must have one shape (rows, columns), have {sorted(shapes)}")
+    hu = np.empty((len(slices), *shapes.pop()), np.float32)
+    for into, one in zip(hu, slices):
+        into[:] = one.pixel_array * float(getattr(one, "RescaleSlope", 1)) + float(getattr(one, "RescaleIntercept", 0))
     rows_mm, columns_mm = (float(side) for side in slices[0].PixelSpacing)
     return Volume(hu, (columns_mm, rows_mm, float(gaps.mean())), places[0], np.column_stack([across[0], across[1], normal]))
 
@@ -62,9 +80,12 @@ def volume_from_image(image: Any) -> Volume:
     if hasattr(image, "GetSpacing"):
         return _from_itk(image)
     if hasattr(image, "affine") and hasattr(image, "spatial_shape"):  # TorchIO: (channel, x, y, z)
-        return _from_affine(np.asarray(image.numpy())[0], image.affine)
+        channels = np.asarray(image.numpy())
+        if len(channels) != 1:
+            raise Error(f"image: must have one channel, has {len(channels)}")
+        return _from_affine(channels[0], image.affine)
     if hasattr(image, "affine") and hasattr(image, "get_fdata"):
-        return _from_affine(np.asarray(image.get_fdata(dtype=np.float32)), image.affine)
+        return _from_affine(_nibabel_array(image), image.affine)
     if all(hasattr(image, name) for name in ("array", "spacing", "origin", "direction")):
         return Volume(image.array, image.spacing, image.origin, np.reshape(image.direction, (3, 3)))
     raise TypeError(f"volume: a {type(image).__name__} is no raylign.Volume, path, or image of SimpleITK, ITK, nibabel, TorchIO or "
