@@ -5,12 +5,15 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 . .ci/setup.sh
 export PYTHONDONTWRITEBYTECODE=1
-need_packages mkdocs
+need_packages mkdocs doxygen
 
 program=${RAYLIGN:-build/bin/raylign}
 [ -x "$program" ] || program=$(command -v raylign || true)
 [ -n "$program" ] || echo "== the program is not built (./demo.sh builds it): no pictures, no page of commands"
 /usr/bin/python3 docs/site/assemble.py build-site/pages ${program:+"$program"}
+# The C++ headers. What Doxygen warns of is an error, as in the rest of the manual.
+(cat docs/site/Doxyfile && echo "OUTPUT_DIRECTORY = build-site/pages") | doxygen - 2>build-site/doxygen.log || { cat build-site/doxygen.log >&2; exit 1; }
+[ ! -s build-site/doxygen.log ] || { cat build-site/doxygen.log >&2; exit 1; }
 mkdir -p build-site/pages/js
 cp docs/site/site.css build-site/pages/
 cp docs/site/theme_extra.js build-site/pages/js/
