@@ -40,6 +40,18 @@ function registerPage({ report, images }) {
 const PERCENTILES = ["p50", "p75", "p95", "p99", "max"];
 const percentileColumns = (key, name, unit) => PERCENTILES.map((p) => ({ name: `${name} ${p}${unit ? " " + unit : ""}`, value: (r) => r[key]?.[p] }));
 
+// Expected against true error of the trials that were believed; a trial below the upper line has less error than twice the expected one.
+function calibrationChart(trials, cases, legend) {
+  const dots = trials.filter((t) => t.verdict_ok && t.expected_error_mm > 0 && t.final_mtre_mm > 0);
+  if (!dots.length) return [];
+  const x = spanAxis(dots.map((t) => t.expected_error_mm)), y = spanAxis(dots.map((t) => t.final_mtre_mm));
+  const low = x.type === "log" ? Math.min(...dots.map((t) => t.expected_error_mm)) : 0, high = Math.max(...dots.map((t) => t.expected_error_mm));
+  const span = high > low ? [low, high] : [0.9 * low, 1.1 * high];
+  const ray = (factor) => Plot.line(span.map((e) => ({ e, t: factor * e })), { x: "e", y: "t", stroke: COLOURS[7], strokeDasharray: factor === 2 ? null : "4 3", clip: true });
+  return [chart("Expected and true error", "of the trials that were believed; line: twice the expected error, dashed: as much", { x: { label: "expected error in mm", ...x }, y: { label: "final mTRE in mm", ...y },
+    marks: [ray(1), ray(2), Plot.dot(dots, { x: "expected_error_mm", y: "final_mtre_mm", stroke: (t) => colour(t.case), r: 2.5, title: (t) => `trial ${t.trial}: ${number(t.final_mtre_mm)} mm, expected ${number(t.expected_error_mm)}` })] }, legend)];
+}
+
 function studyPage({ report, trials, images }) {
   const cases = report.cases, settings = report.settings;
   const sum = (key) => cases.reduce((s, c) => s + c.overall[key], 0);
@@ -65,6 +77,7 @@ function studyPage({ report, trials, images }) {
         Plot.dot(points, { x: "middle", y: "success_rate", fill: (p) => colour(p.i), r: 3.5, title: (p) => `${cases[p.i].label}, ${p.low_mm}-${p.high_mm} mm: ${p.successes} of ${p.trials}` })] }, legend),
     chart("Final mTRE of every trial", "circles: succeeded, crosses: failed", { x: { label: "initial mTRE in mm" }, y: { label: "final mTRE in mm", ...spanAxis(trials.map((t) => t.final_mtre_mm)) },
       marks: [Plot.dot(trials.filter((t) => t.final_mtre_mm > 0), { x: "initial_mtre_mm", y: "final_mtre_mm", stroke: (t) => colour(t.case), r: 2.5, symbol: (t) => (t.success ? "circle" : "times"), title: (t) => `trial ${t.trial}: ${number(t.final_mtre_mm)} mm` })] }, legend),
+    ...calibrationChart(trials, cases, legend),
     chart("In-plane, depth, rotation", "medians (circles) and 95th percentiles (diamonds) over all trials, seen by the case's first view", (() => {
       const bars = cases.flatMap((c, i) => [["in-plane mm", "in_plane_mm"], ["depth mm", "depth_mm"], ["rotation °", "rotation_deg"]].map(([what, key]) => ({ what, i, label: c.label, ...c.overall[key] })));
       return { marginLeft: 12, marginRight: 96, height: 60 + 3 * (14 + 20 * cases.length), x: { label: "mm or degrees", ...spanAxis(bars.flatMap((b) => [b.p50, b.p95])) }, y: { axis: null, domain: cases.map((c) => c.label), padding: 0.5 },
@@ -77,7 +90,8 @@ function studyPage({ report, trials, images }) {
     { name: "Trials", value: (c) => c.overall.trials }, { name: "Success", value: (c) => c.overall.success_rate, show: percent },
     { name: "95 % interval", value: (c) => c.overall.success_low, show: (v, c) => `${percent(v)} to ${percent(c.overall.success_high)}` },
     { name: "Capture range mm", key: "capture_range_mm" }, { name: "Success is", value: (c) => `${c.success_means.error} < ${number(c.success_means.below_mm)} mm`, text: true, show: String },
-    { name: "Failures missed", value: (c) => c.overall.undetected_failures }, { name: "False alarms", value: (c) => c.overall.false_alarms }, { name: "Ended by error", key: "errors" }], cases, (c) => c.overall.undetected_failures > 0),
+    { name: "Failures missed", value: (c) => c.overall.undetected_failures }, { name: "False alarms", value: (c) => c.overall.false_alarms },
+    { name: "Below twice the expected error", value: (c) => c.overall.expected_error.rate, show: (v, c) => (c.overall.expected_error.trials ? `${percent(v)} of ${c.overall.expected_error.trials}` : "–") }, { name: "Ended by error", key: "errors" }], cases, (c) => c.overall.undetected_failures > 0),
     table([{ name: "Case", key: "label", text: true, show: String }, ...["mtre_mm", "mrpd_mm"].flatMap((key) => percentileColumns(key, key === "mtre_mm" ? "mTRE" : "mRPD", "mm")).map((c) => ({ ...c, value: (r) => c.value(r.overall) }))], cases),
     table([{ name: "Case", key: "label", text: true, show: String }, ...[["in_plane_mm", "in-plane", "mm"], ["depth_mm", "depth", "mm"], ["rotation_deg", "rotation", "°"]].flatMap(([k, n, u]) => ["p50", "p95", "max"].map((p) => ({ name: `${n} ${p} ${u}`, value: (c) => c.overall[k][p] }))),
       { name: "time p50", value: (c) => c.overall.time_s.p50, show: seconds }, { name: "time p95", value: (c) => c.overall.time_s.p95, show: seconds },

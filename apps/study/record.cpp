@@ -63,6 +63,7 @@ void visit_results(Record& r, Visit visit) {
     visit("rotation_rad", r.split.rotation_rad);
     visit("success", r.success);
     visit("verdict_ok", r.verdict_ok);
+    visit("expected_error_mm", r.expected_error_mm);
     visit("reasons", r.reasons);
     visit("error", r.error);
     visit("cost_initial", r.cost_initial);

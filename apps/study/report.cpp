@@ -36,7 +36,13 @@ Json json_of(const StudySummary& summary) {
             {"evaluations", json_of(summary.evaluations)},
             {"linearizations", json_of(summary.linearizations)},
             {"undetected_failures", summary.undetected_failures},
-            {"false_alarms", summary.false_alarms}};
+            {"false_alarms", summary.false_alarms},
+            {"expected_error",
+             {{"trials", summary.within_twice_expected.trials},
+              {"within_twice", summary.within_twice_expected.successes},
+              {"rate", summary.within_twice_expected.rate},
+              {"low", summary.within_twice_expected.low},
+              {"high", summary.within_twice_expected.high}}}};
 }
 
 Json mean_stage_times(const std::vector<const TrialRecord*>& records) {
@@ -227,6 +233,7 @@ std::string trials_json(const StudyJournal& journal) {
                         {"final_mtre_mm", r.final_mtre_mm},
                         {"success", r.success},
                         {"verdict_ok", r.verdict_ok},
+                        {"expected_error_mm", r.expected_error_mm},
                         {"reasons", r.reasons},
                         {"error", r.error}});
     }

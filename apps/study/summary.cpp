@@ -35,6 +35,12 @@ std::string case_summary(const Study& study, const StudyJournal& journal, std::s
     text +=
         line("verdict", format(" %zu undetected failures, %zu false alarms", all.undetected_failures, all.false_alarms),
              kNameWidth);
+    if (all.within_twice_expected.trials > 0) {
+        text += line("expected",
+                     format(" true error below twice the expected one in %s believed",
+                            share_text(all.within_twice_expected).c_str()),
+                     kNameWidth);
+    }
     for (const IntervalSuccess& i : intervals) {
         text += format("  %5.1f-%-5.1f mm  %s\n", i.low_mm, i.high_mm,
                        share_text(wilson_interval(i.successes, i.trials)).c_str());

@@ -1,5 +1,7 @@
 #include "apps/study/trial.h"
 
+#include <cmath>
+
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -17,6 +19,7 @@ RegistrationOptions options_of_case(const Study& study, const StudyCase& study_c
 
 void take_result(TrialRecord& record, const RegistrationResult& result) {
     record.verdict_ok = result.ok;
+    if (result.confidence.is_estimated) record.expected_error_mm = result.confidence.rim_mm;
     record.reasons = joined(result.reasons, "; ");
     record.cost_initial = result.cost_initial;
     record.cost_final = result.cost_final;
@@ -88,6 +91,8 @@ TrialOutcome outcome_of(const TrialRecord& record) {
             .split = record.split,
             .success = record.success,
             .verdict_ok = record.verdict_ok,
+            .expected_error_mm =
+                std::isnan(record.expected_error_mm) ? std::nullopt : std::optional<double>(record.expected_error_mm),
             .time_s = record.total_s,
             .evaluations = static_cast<double>(record.evaluations),
             .linearizations = static_cast<double>(record.linearizations)};

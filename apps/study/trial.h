@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "apps/study/setup.h"
@@ -15,8 +16,9 @@ struct TrialRecord {
     double initial_mtre_mm = 0, initial_mrpd_mm = 0, final_mtre_mm = 0, final_mrpd_mm = 0;
     ErrorSplit split;  ///< by the case's first view
     bool success = false, verdict_ok = false;
-    std::string reasons;  ///< of the verdict
-    std::string error;    ///< a run that ended by an error counts as failed and keeps its start pose
+    double expected_error_mm = std::numeric_limits<double>::quiet_NaN();  ///< NaN where none was given
+    std::string reasons;                                                  ///< of the verdict
+    std::string error;  ///< a run that ended by an error counts as failed and keeps its start pose
     double cost_initial = 0, cost_final = 0;
     std::uint64_t iterations = 0, evaluations = 0, linearizations = 0, bytes_to_host = 0;
     RigidTransform world_from_ct;

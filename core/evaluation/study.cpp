@@ -79,14 +79,19 @@ SuccessCriterion success_criterion(const VoxelGrid& grid, std::size_t views) {
 
 StudySummary summarise(std::span<const TrialOutcome> trials) {
     StudySummary summary;
-    std::size_t successes = 0;
+    std::size_t successes = 0, expected = 0, within = 0;
     for (const TrialOutcome& trial : trials) {
+        if (trial.verdict_ok && trial.expected_error_mm) {
+            ++expected;
+            within += trial.final_mtre_mm < 2 * *trial.expected_error_mm ? 1 : 0;
+        }
         successes += trial.success ? 1 : 0;
         summary.undetected_failures += !trial.success && trial.verdict_ok ? 1 : 0;
         summary.false_alarms += trial.success && !trial.verdict_ok ? 1 : 0;
     }
     constexpr double kDegPerRad = 180 / std::numbers::pi;
     summary.success = wilson_interval(successes, trials.size());
+    if (expected > 0) summary.within_twice_expected = wilson_interval(within, expected);
     summary.mtre_mm = over(trials, [](const TrialOutcome& t) { return t.final_mtre_mm; });
     summary.mrpd_mm = over(trials, [](const TrialOutcome& t) { return t.final_mrpd_mm; });
     summary.in_plane_mm = over(trials, [](const TrialOutcome& t) { return t.split.in_plane_mm; });

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -58,7 +59,8 @@ struct TrialOutcome {
     double final_mtre_mm = 0, final_mrpd_mm = 0;
     ErrorSplit split;
     bool success = false;
-    bool verdict_ok = false;  ///< what the program said, not knowing the truth
+    bool verdict_ok = false;                  ///< what the program said, not knowing the truth
+    std::optional<double> expected_error_mm;  ///< 1 sigma, where one was given
     double time_s = 0, evaluations = 0, linearizations = 0;
 };
 
@@ -68,6 +70,8 @@ struct StudySummary {
     Percentiles mtre_mm, mrpd_mm, in_plane_mm, depth_mm, rotation_deg, time_s, evaluations, linearizations;
     std::size_t undetected_failures = 0;  ///< failed, yet the verdict was ok
     std::size_t false_alarms = 0;         ///< succeeded, yet the verdict was doubtful
+    /// Of the trials with an ok verdict and an expected error: those whose mTRE is below twice of it.
+    Proportion within_twice_expected;
 };
 [[nodiscard]] StudySummary summarise(std::span<const TrialOutcome> trials);
 

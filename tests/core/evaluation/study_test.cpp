@@ -123,6 +123,20 @@ TEST(Summarise, CountsFailuresThatTheVerdictMissedAndFalseAlarms) {
     EXPECT_NEAR(summary.rotation_deg.p50, 1, 1e-12);
 }
 
+TEST(Summarise, CountsErrorsBelowTwiceTheExpectedOnesOfBelievedTrials) {
+    std::vector<TrialOutcome> trials{outcome(0, 0.1, true, true), outcome(0, 0.3, true, true),
+                                     outcome(0, 0.3, true, true), outcome(1, 9, false, false),
+                                     outcome(1, 0.3, true, true)};
+    EXPECT_EQ(summarise(trials).within_twice_expected.trials, 0U) << "none was given";
+    trials[0].expected_error_mm = 0.051;
+    trials[1].expected_error_mm = 0.15;  // not below
+    trials[2].expected_error_mm = 0.151;
+    trials[3].expected_error_mm = 10;  // doubted: nobody relies on it
+    const Proportion within = summarise(trials).within_twice_expected;
+    EXPECT_EQ(within.successes, 2U);
+    EXPECT_EQ(within.trials, 3U);
+}
+
 TEST(SuccessesPerInterval, CountsEveryTrialOnce) {
     const std::vector<StudyInterval> intervals{{0, 2}, {2, 4}};
     const std::vector<TrialOutcome> trials{outcome(0, 0.1, true, true), outcome(1, 9, false, true),
