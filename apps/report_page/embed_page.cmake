@@ -1,6 +1,6 @@
-# Makes OUTPUT, a C++ file, from text files: cmake -DOUTPUT= -DFILES=name=path|path;... -P. Files joined by | become one. Bytes, not
+# Makes OUTPUT, a C++ file, from text files: cmake -DOUTPUT= -DHEADER= -DFILES=name=path|path;... -P. Files joined by | become one. Bytes, not
 # string literals: those have a largest length.
-set(text "#include \"apps/report_page/page_files.h\"\n\nnamespace raylign::detail::apps {\n")
+set(text "#include \"${HEADER}\"\n\nnamespace raylign::detail::apps {\n")
 foreach(entry IN LISTS FILES)
   string(REGEX MATCH "^([^=]+)=(.*)$" entry ${entry})
   set(name ${CMAKE_MATCH_1})

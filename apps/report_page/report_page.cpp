@@ -5,6 +5,7 @@
 
 #include "apps/pictures/picture.h"
 #include "apps/report_page/page_files.h"
+#include "apps/report_page/page_text.h"
 #include "apps/shared/json_text.h"
 
 namespace raylign::detail::apps {
@@ -12,26 +13,30 @@ namespace {
 
 constexpr int kLongestSide_px = 512;
 
-std::string replaced(std::string text, std::string_view mark, std::string_view by) {
-    const std::size_t at = text.find(mark);
-    return at == std::string::npos ? text : text.replace(at, mark.size(), by);
-}
-
-/// JSON inside <script>: a "</script>" in a file's name must not end it. "<\/" is the same text to JSON.
-std::string safe_in_script(std::string_view json) {
-    std::string safe;
-    for (std::size_t i = 0; i < json.size(); ++i) {
-        safe += json[i];
-        if (json[i] != '<') continue;
-        safe.pop_back();
-        safe += "\\u003c";
-    }
-    return safe;
-}
-
 Json json_of(const PageLayer& layer) { return {{"label", layer.label}, {"uri", layer.uri}}; }
 
 }  // namespace
+
+std::string filled(std::string page, const std::vector<std::pair<std::string_view, std::string_view>>& texts) {
+    for (const auto& [mark, text] : texts) {
+        const std::size_t at = page.find(mark);
+        if (at != std::string::npos) page.replace(at, mark.size(), text);
+    }
+    return page;
+}
+
+std::string safe_in_script(std::string_view json) {
+    std::string safe;
+    safe.reserve(json.size());
+    for (const char c : json) {
+        if (c == '<') {
+            safe += "\\u003c";
+        } else {
+            safe += c;
+        }
+    }
+    return safe;
+}
 
 std::string base64(std::string_view bytes) {
     constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -81,11 +86,11 @@ std::string report_page(std::string_view kind, std::string_view report, const st
         "{\"kind\":\"" + std::string(kind) + "\",\"report\":" + std::string(report) + ",\"images\":" + one_line(images);
     for (const auto& [name, json] : more) data += ",\"" + name + "\":" + json;
     data += "}";
-    std::string page = replaced(std::string(page_html()), "@TITLE@", "raylign report");
-    page = replaced(std::move(page), "@STYLE@", page_style());
-    page = replaced(std::move(page), "@SCRIPT@", page_script());
-    page = replaced(std::move(page), "@CHARTS@", page_charts());
-    return replaced(std::move(page), "@DATA@", safe_in_script(data));
+    return filled(std::string(page_html()), {{"@TITLE@", "raylign report"},
+                                             {"@STYLE@", page_style()},
+                                             {"@SCRIPT@", page_script()},
+                                             {"@CHARTS@", page_charts()},
+                                             {"@DATA@", safe_in_script(data)}});
 }
 
 }  // namespace raylign::detail::apps

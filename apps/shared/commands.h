@@ -15,6 +15,7 @@ using Job = std::function<int(const Invocation&)>;
 
 /// Each adds its sub-command to `app`; when the command line names it, `job` becomes its work.
 void add_register_command(CLI::App& app, Job& job);
+void add_place_command(CLI::App& app, Job& job);
 void add_drr_command(CLI::App& app, Job& job);
 void add_geometry_command(CLI::App& app, Job& job);
 void add_poses_command(CLI::App& app, Job& job);

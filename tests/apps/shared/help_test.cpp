@@ -53,7 +53,8 @@ TEST_P(HelpOf, NamesTheDefaultOfEveryOptionThatIsNotRequired) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, HelpOf,
-                         testing::Values("register", "drr", "phantom", "geometry", "poses", "import", "info", "help"),
+                         testing::Values("register", "place", "drr", "phantom", "geometry", "poses", "import", "info",
+                                         "help"),
                          [](const auto& named) { return std::string(named.param); });
 
 TEST(Help, RegisterGroupsItsOptions) {

@@ -1,0 +1,171 @@
+// DRRs and panels by WebGL 2, on one canvas that is never shown: panels are copied from it.
+import type { mat4 } from "gl-matrix";
+import cast_source from "./cast.frag";
+import vertex_source from "./cast.vert";
+import compose_source from "./compose.frag";
+import type { Pixels, Scene, View } from "./data";
+import { ray_frame } from "./geometry";
+import { MODES, type State, type Window } from "./state";
+
+export interface Range { low: number; high: number }
+
+// What a panel shows of a view.
+export interface PanelLook { view: number; size_css: number[]; density: number; image_from_panel: number[]; xray: Range; drr: Range }
+
+const within = (range: Range, window: Window): [number, number] =>
+  [range.low + window.low * (range.high - range.low), range.low + Math.max(window.high, window.low + 1e-3) * (range.high - range.low)];
+
+export class Engine {
+  readonly canvas = document.createElement("canvas");
+  private gl: WebGL2RenderingContext;
+  private cast_program!: WebGLProgram;
+  private compose_program!: WebGLProgram;
+  private volume!: WebGLTexture;
+  private frame!: WebGLFramebuffer;
+  private xrays: WebGLTexture[] = [];
+  private drrs: { texture: WebGLTexture; bin: number }[] = [];
+
+  // Throws an Error that says what is missing.
+  constructor(private scene: Scene, on_lost: () => void, on_restored: (problem: string) => void) {
+    const gl = this.canvas.getContext("webgl2", { antialias: false, depth: false, alpha: false });
+    if (!gl) throw new Error("this browser offers no WebGL 2");
+    this.gl = gl;
+    this.canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); on_lost(); });
+    this.canvas.addEventListener("webglcontextrestored", () => on_restored(this.problem_of_building()));
+    this.build();
+  }
+
+  private problem_of_building(): string {
+    try { this.build(); } catch (error) { return (error as Error).message; }
+    return "";
+  }
+
+  private build(): void {
+    const gl = this.gl, { volume } = this.scene;
+    if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("WebGL 2 cannot draw numbers here (EXT_color_buffer_float is missing)");
+    const largest = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE) as number;
+    if (Math.max(...volume.size) + 2 > largest) throw new Error(`volumes may have ${largest} voxels a side here`);
+    this.cast_program = this.program(cast_source);
+    this.compose_program = this.program(compose_source);
+    this.volume = this.volume_texture();
+    this.frame = gl.createFramebuffer()!;
+    this.xrays = this.scene.views.map((view) => this.float_texture(view.image ?? { width: 1, height: 1, values: new Float32Array(1) }));
+    this.drrs = this.scene.views.map(() => ({ texture: this.float_texture({ width: 1, height: 1, values: new Float32Array(1) }), bin: 1 }));
+  }
+
+  private program(fragment: string): WebGLProgram {
+    const gl = this.gl, program = gl.createProgram()!;
+    for (const [type, source] of [[gl.VERTEX_SHADER, vertex_source], [gl.FRAGMENT_SHADER, fragment]] as const) {
+      const shader = gl.createShader(type)!;
+      gl.shaderSource(shader, source);
+      gl.compileShader(shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS) && !gl.isContextLost()) throw new Error(`a shader does not compile: ${gl.getShaderInfoLog(shader)}`);
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) throw new Error(`shaders do not link: ${gl.getProgramInfoLog(program)}`);
+    return program;
+  }
+
+  // With a voxel of zeros around it.
+  private volume_texture(): WebGLTexture {
+    const gl = this.gl, [nx, ny, nz] = this.scene.volume.size, values = this.scene.volume.values;
+    const padded = new Uint8Array((nx + 2) * (ny + 2) * (nz + 2));
+    for (let z = 0; z < nz; z += 1) {
+      for (let y = 0; y < ny; y += 1) padded.set(values.subarray((z * ny + y) * nx, (z * ny + y + 1) * nx), ((z + 1) * (ny + 2) + y + 1) * (nx + 2) + 1);
+    }
+    const texture = gl.createTexture()!;
+    gl.bindTexture(gl.TEXTURE_3D, texture);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R8, nx + 2, ny + 2, nz + 2, 0, gl.RED, gl.UNSIGNED_BYTE, padded);
+    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T, gl.TEXTURE_WRAP_R]) gl.texParameteri(gl.TEXTURE_3D, side, gl.CLAMP_TO_EDGE);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_3D, filter, gl.LINEAR);
+    return texture;
+  }
+
+  private float_texture({ width, height, values }: Pixels | { width: number; height: number; values: null }): WebGLTexture {
+    const gl = this.gl, texture = gl.createTexture()!;
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, width, height, 0, gl.RED, gl.FLOAT, values);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+    return texture;
+  }
+
+  get lost(): boolean { return this.gl.isContextLost(); }
+
+  // Casts the DRR of a view, `bin` image pixels to one of its own, and keeps it for compose(). Returns its pixels.
+  cast(index: number, pose: mat4, bin: number): Pixels {
+    const gl = this.gl, view = this.scene.views[index], target = this.target(index, view, bin);
+    const [width, height] = view.size_px.map((n) => Math.max(1, Math.floor(n / bin)));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
+    gl.viewport(0, 0, width, height);
+    this.use_rays(view, pose, bin);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const rgba = new Float32Array(4 * width * height), values = new Float32Array(width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, rgba);
+    for (let i = 0; i < values.length; i += 1) values[i] = rgba[4 * i];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return { width, height, values };
+  }
+
+  private target(index: number, view: View, bin: number): WebGLTexture {
+    const [width, height] = view.size_px.map((n) => Math.max(1, Math.floor(n / bin)));
+    this.gl.deleteTexture(this.drrs[index].texture);
+    this.drrs[index] = { texture: this.float_texture({ width, height, values: null }), bin };
+    return this.drrs[index].texture;
+  }
+
+  private use_rays(view: View, pose: mat4, bin: number): void {
+    const gl = this.gl, { volume } = this.scene, program = this.cast_program, frame = ray_frame(volume, view, pose);
+    const at = (name: string) => gl.getUniformLocation(program, name);
+    gl.useProgram(program);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_3D, this.volume);
+    gl.uniform1i(at("u_volume"), 0);
+    gl.uniform3fv(at("u_source_voxel"), frame.source_voxel);
+    gl.uniform3fv(at("u_size_voxels"), volume.size);
+    gl.uniformMatrix3fv(at("u_voxel_from_camera"), false, frame.voxel_from_camera as number[]);
+    gl.uniformMatrix3fv(at("u_camera_from_pixel"), false, frame.camera_from_pixel as number[]);
+    gl.uniform1f(at("u_step_mm"), Math.min(...volume.spacing_mm) / 2);
+    gl.uniform1f(at("u_depth_max_mm"), view.sdd_mm ?? 1e30);
+    gl.uniform1f(at("u_per_mm"), volume.per_mm);
+    gl.uniform1f(at("u_bin"), bin);
+  }
+
+  // Draws a panel into its canvas.
+  compose(look: PanelLook, state: State, panel: HTMLCanvasElement): void {
+    const gl = this.gl, size = look.size_css.map((n) => Math.max(1, Math.round(n * look.density)));
+    if (this.canvas.width < size[0]) this.canvas.width = size[0];
+    if (this.canvas.height < size[1]) this.canvas.height = size[1];
+    if (panel.width !== size[0]) panel.width = size[0];
+    if (panel.height !== size[1]) panel.height = size[1];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, size[0], size[1]);
+    this.use_look(look, state, size);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    panel.getContext("2d")!.drawImage(this.canvas, 0, this.canvas.height - size[1], size[0], size[1], 0, 0, size[0], size[1]);
+  }
+
+  private use_look(look: PanelLook, state: State, size: number[]): void {
+    const gl = this.gl, program = this.compose_program, view = this.scene.views[look.view], [fx, fy, ox, oy] = look.image_from_panel;
+    const at = (name: string) => gl.getUniformLocation(program, name);
+    gl.useProgram(program);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.xrays[look.view]);
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D, this.drrs[look.view].texture);
+    gl.uniform1i(at("u_xray"), 0);
+    gl.uniform1i(at("u_drr"), 1);
+    gl.uniform2fv(at("u_xray_window"), within(look.xray, state.xray_windows[look.view]));
+    gl.uniform2fv(at("u_drr_window"), within(look.drr, state.drr_window));
+    gl.uniform2fv(at("u_image_px"), view.size_px);
+    gl.uniform4f(at("u_image_from_panel"), fx / look.density, fy / look.density, ox, oy);
+    gl.uniform2fv(at("u_panel_px"), size);
+    gl.uniform1f(at("u_bin"), this.drrs[look.view].bin);
+    gl.uniform1f(at("u_share"), state.share);
+    gl.uniform1i(at("u_mode"), MODES.indexOf(state.mode));
+    gl.uniform1i(at("u_has_xray"), view.image ? 1 : 0);
+  }
+}

@@ -1,0 +1,139 @@
+// One view: its picture, and the hands on it.
+import type { mat4 } from "gl-matrix";
+import { useEffect, useRef } from "preact/hooks";
+import type { Live } from "./live";
+import { DEGREES_PER_PIXEL, angle_around_centre_deg, drag_in_plane, move_in_depth, shift_in_plane, turn_in_plane, turn_out_of_plane } from "./moves";
+import type { State } from "./state";
+
+type Action = "move" | "turn" | "tilt" | "pan" | "window";
+interface Drag { action: Action; begin: mat4; last: number[]; window: { low: number; high: number } }
+
+function action_of(event: PointerEvent): Action | null {
+  if (event.button === 1 || (event.button === 0 && event.altKey)) return "pan";
+  if (event.button === 2) return event.ctrlKey ? "window" : "tilt";
+  if (event.button !== 0) return null;
+  if (event.ctrlKey) return "window";
+  return event.shiftKey ? "turn" : "move";
+}
+
+function pixel_at(live: Live, view: number, [x, y]: number[]): [number, number] {
+  const [fx, fy, ox, oy] = live.image_from_panel(view);
+  return [fx * x + ox, fy * y + oy];
+}
+
+const place_of = (event: MouseEvent): number[] => {
+  const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
+  return [event.clientX - box.left, event.clientY - box.top];
+};
+
+function continue_drag(live: Live, index: number, drag: Drag, to: number[]): void {
+  const { store } = live, { scene, state } = store, view = scene.views[index];
+  const from_px = pixel_at(live, index, drag.last), to_px = pixel_at(live, index, to);
+  const moved_px: [number, number] = [to_px[0] - from_px[0], to_px[1] - from_px[1]];
+  const sign = state.mirrored ? -1 : 1, moved = [to[0] - drag.last[0], to[1] - drag.last[1]];
+  drag.last = to;
+  if (drag.action === "move") store.set({ pose: drag_in_plane(state.pose, view, scene.volume, moved_px) });
+  if (drag.action === "turn") store.set({ pose: turn_in_plane(state.pose, view, scene.volume, angle_around_centre_deg(state.pose, view, scene.volume, from_px, to_px)) });
+  if (drag.action === "tilt") store.set({ pose: turn_out_of_plane(state.pose, view, scene.volume, sign * DEGREES_PER_PIXEL * moved[0], DEGREES_PER_PIXEL * moved[1]) });
+  if (drag.action === "pan") pan(live, index, moved_px);
+  if (drag.action === "window") change_window(live, index, moved);
+}
+
+function pan(live: Live, index: number, [du, dv]: [number, number]): void {
+  const { state } = live.store, zoom = live.zoom_of(index, live.panel_size(index));
+  const zooms = state.zooms.slice();
+  zooms[index] = { ...zoom, centre_px: [zoom.centre_px[0] - du, zoom.centre_px[1] - dv] };
+  live.store.set({ zooms });
+}
+
+function zoom_by(live: Live, index: number, factor: number, at: number[]): void {
+  const zoom = live.zoom_of(index, live.panel_size(index)), [u, v] = pixel_at(live, index, at);
+  const zooms = live.store.state.zooms.slice();
+  zooms[index] = { px_per_css: zoom.px_per_css * factor, centre_px: [u + (zoom.centre_px[0] - u) * factor, v + (zoom.centre_px[1] - v) * factor] };
+  live.store.set({ zooms });
+}
+
+// To the right: more contrast; down: brighter.
+function change_window(live: Live, index: number, [right, down]: number[]): void {
+  const windows = live.store.state.xray_windows.slice(), { low, high } = windows[index];
+  const width = Math.min(3, Math.max(0.05, (high - low) * Math.exp(-right / 200))), middle = (low + high) / 2 - down / 400;
+  windows[index] = { low: middle - width / 2, high: middle + width / 2 };
+  live.store.set({ xray_windows: windows });
+}
+
+const KEY_HELP = "arrows move in the view's plane, Page Up and Page Down in depth; with Shift arrows turn; comma and full stop turn about the view's axis";
+
+// A pose for a key, or null where the key means nothing.
+function pose_of_key(live: Live, index: number, event: KeyboardEvent): mat4 | null {
+  const { scene, state } = live.store, view = scene.views[index], step = state.step, sign = state.mirrored ? -1 : 1;
+  const arrows: Record<string, [number, number]> = { ArrowLeft: [-sign, 0], ArrowRight: [sign, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+  const arrow = arrows[event.key];
+  if (arrow && event.shiftKey) return turn_out_of_plane(state.pose, view, scene.volume, step * arrow[0], step * arrow[1]);
+  if (arrow) return shift_in_plane(state.pose, view, step * arrow[0], step * arrow[1]);
+  if (event.key === "PageUp") return move_in_depth(state.pose, view, scene.volume, step);
+  if (event.key === "PageDown") return move_in_depth(state.pose, view, scene.volume, -step);
+  if (event.key === ".") return turn_in_plane(state.pose, view, scene.volume, sign * step);
+  if (event.key === ",") return turn_in_plane(state.pose, view, scene.volume, -sign * step);
+  return null;
+}
+
+function on_wheel(live: Live, index: number, event: WheelEvent): void {
+  event.preventDefault();
+  const notches = Math.sign(event.deltaY), { scene, state } = live.store;
+  if (event.ctrlKey) zoom_by(live, index, 1.15 ** notches, place_of(event));
+  else live.store.move(move_in_depth(state.pose, scene.views[index], scene.volume, notches * state.step));
+}
+
+function use_wheel(live: Live, index: number, canvas: { current: HTMLCanvasElement | null }): void {
+  useEffect(() => {
+    const node = canvas.current!, listener = (event: WheelEvent) => on_wheel(live, index, event);
+    live.panels[index] = node;
+    node.addEventListener("wheel", listener, { passive: false });  // the page must not scroll under it
+    const observer = new ResizeObserver(() => live.ask());
+    observer.observe(node);
+    live.ask();
+    return () => { node.removeEventListener("wheel", listener); observer.disconnect(); live.panels[index] = null; };
+  }, []);
+}
+
+function correlation_text(state: State, index: number): string {
+  const value = state.correlations[index];
+  if (state.trouble) return "";
+  return value === null ? "no X-ray: nothing to compare" : `gradient correlation ${state.rough ? "≈ " : ""}${value.toFixed(3)}`;
+}
+
+export function Panel({ live, index, state }: { live: Live; index: number; state: State }) {
+  const canvas = useRef<HTMLCanvasElement>(null), drag = useRef<Drag | null>(null);
+  const { store } = live, view = store.scene.views[index];
+  use_wheel(live, index, canvas);
+  const down = (event: PointerEvent) => {
+    const action = action_of(event);
+    canvas.current!.focus();
+    store.set({ active: index });
+    if (!action || state.nudging) return;
+    event.preventDefault();
+    canvas.current!.setPointerCapture(event.pointerId);
+    drag.current = { action, begin: store.state.pose, last: place_of(event), window: state.xray_windows[index] };
+  };
+  const move = (event: PointerEvent) => { if (drag.current) continue_drag(live, index, drag.current, place_of(event)); };
+  const up = () => {
+    const ended = drag.current;
+    drag.current = null;
+    if (ended && ended.begin !== store.state.pose) store.move(store.state.pose, ended.begin);
+  };
+  const key = (event: KeyboardEvent) => {
+    const pose = state.nudging || event.ctrlKey || event.metaKey || event.altKey ? null : pose_of_key(live, index, event);
+    if (!pose) return;
+    event.preventDefault();
+    store.move(pose);
+  };
+  return (
+    <figure class={"panel" + (state.active === index ? " active" : "")} style={`max-width:max(240px, ${(84 * view.size_px[0]) / view.size_px[1]}vh)`}>
+      <figcaption><b>{view.name}</b><span class="value" data-view={index}>{correlation_text(state, index)}</span></figcaption>
+      <canvas ref={canvas} tabIndex={0} role="application" style={`aspect-ratio:${view.size_px[0]} / ${view.size_px[1]}`}
+        aria-label={`View ${view.name}: X-ray with the live DRR over it. Keys: ${KEY_HELP}`}
+        onPointerDown={down} onPointerMove={move} onPointerUp={up} onPointerCancel={up} onKeyDown={key}
+        onFocus={() => store.set({ active: index })} onContextMenu={(event) => event.preventDefault()} />
+    </figure>
+  );
+}
