@@ -2,6 +2,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { numbers_of, pose_of_numbers, preset_pose, PRESETS, type PoseNumbers } from "./geometry";
 import { mean, type Live } from "./live";
+import { Marking } from "./marking";
 import { nudge } from "./nudge";
 import { Panel } from "./panel";
 import { copy_text, download, pose_json } from "./save";
@@ -148,6 +149,7 @@ export function App({ live }: { live: Live }) {
       <div class="tools"><Place live={live} state={state} /><Look live={live} state={state} /></div>
       <div class={"panels count-" + Math.min(scene.views.length, 5)}>{scene.views.map((_, index) => <Panel key={index} live={live} index={index} state={state} />)}</div>
       <Numbers live={live} state={state} />
+      <Marking live={live} state={state} />
       <div class="columns"><Next live={live} state={state} /><Help live={live} /></div>
     </>
   );

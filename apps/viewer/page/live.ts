@@ -3,6 +3,7 @@ import type { mat4 } from "gl-matrix";
 import { Pyramid, correlation } from "./correlation";
 import type { Pixels } from "./data";
 import { Engine, type Range } from "./engine";
+import { draw_marks } from "./marks";
 import { fit, image_from_panel, type Store, type Zoom } from "./state";
 
 const SLOW_MS = 90, FAST_MS = 25, REST_MS = 180, COARSEST = 3, SMALLEST_PX = 48;
@@ -87,6 +88,7 @@ export class Live {
       if (!panel) return;
       this.engine!.compose({ view, size_css: this.panel_size(view), density: Math.min(2, devicePixelRatio), image_from_panel: this.image_from_panel(view),
         xray: this.xray_ranges[view], drr: this.drr_ranges[view] }, this.store.state, panel);
+      draw_marks(this, view, panel);
     });
   }
 

@@ -61,6 +61,11 @@ function change_window(live: Live, index: number, [right, down]: number[]): void
   live.store.set({ xray_windows: windows });
 }
 
+function mark(live: Live, index: number, number: number, pixel: [number, number]): void {
+  const landmarks = live.store.state.landmarks.map((landmark, i) => (i === number ? { ...landmark, pixels: landmark.pixels.map((old, view) => (view === index ? pixel : old)) } : landmark));
+  live.store.set({ landmarks });
+}
+
 const KEY_HELP = "arrows move in the view's plane, Page Up and Page Down in depth; with Shift arrows turn; comma and full stop turn about the view's axis";
 
 // A pose for a key, or null where the key means nothing.
@@ -112,6 +117,10 @@ export function Panel({ live, index, state }: { live: Live; index: number; state
     store.set({ active: index });
     if (!action || state.nudging) return;
     event.preventDefault();
+    if (action === "move" && state.marking !== null) {
+      mark(live, index, state.marking, pixel_at(live, index, place_of(event)));
+      return;
+    }
     canvas.current!.setPointerCapture(event.pointerId);
     drag.current = { action, begin: store.state.pose, last: place_of(event), window: state.xray_windows[index] };
   };

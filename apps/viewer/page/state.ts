@@ -1,6 +1,7 @@
 // The state of the page: here and nowhere else.
 import type { mat4 } from "gl-matrix";
 import type { Scene, View } from "./data";
+import type { Landmark } from "./landmarks";
 import { centre_in_camera, corners_ct, moved_point, pixel_of, product } from "./geometry";
 
 export const MODES = ["blend", "checkerboard", "curtain", "edges", "difference"] as const;
@@ -25,6 +26,8 @@ export interface State {
   correlations: (number | null)[]; // gradient correlation of the views; null: no X-ray
   rough: boolean;                  // correlations of coarser images, while something moves
   nudging: boolean;
+  landmarks: Landmark[];
+  marking: number | null;          // the landmark that clicks mark; null: they move the object
   trouble: string;                 // why there are no live DRRs; "" = there are
 }
 
@@ -61,7 +64,7 @@ export function first_state(scene: Scene): State {
   return {
     pose: scene.start, past: [], future: [], active: 0, mode: "blend", share: 0.5, step: 1, mirrored: false,
     zooms: scene.views.map(() => null), xray_windows: scene.views.map(() => ({ low: 0, high: 1 })), drr_window: { low: 0, high: 1 },
-    correlations: scene.views.map(() => null), rough: false, nudging: false, trouble: "",
+    correlations: scene.views.map(() => null), rough: false, nudging: false, landmarks: [], marking: null, trouble: "",
   };
 }
 
