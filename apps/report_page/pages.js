@@ -1,39 +1,91 @@
 "use strict";
 // One function a kind of report.
 
+// Columns of the pose's rotation are the CT's axes in the world.
+const turnOf = (matrix) => [0, 1, 2].map((r) => matrix[r].slice(0, 3));
+const timesTransposed = (a, b) => [0, 1, 2].map((r) => [0, 1, 2].map((c) => [0, 1, 2].reduce((sum, k) => sum + a[k][r] * b[k][c], 0)));  // a^T b
+const LPS = ["left-right (x to the left)", "front-back (y to the back)", "foot-head (z to the head)"];
+
+// Rotation vector [degrees] of a rotation matrix.
+function rotationVector(m) {
+  const axis = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]], sine = Math.hypot(...axis) / 2, angle = Math.atan2(sine, (m[0][0] + m[1][1] + m[2][2] - 1) / 2);
+  return axis.map((x) => (sine > 1e-9 ? ((x / (2 * sine)) * angle * 180) / Math.PI : 0));
+}
+// Standard deviation along a direction, of the 3 x 3 block of the covariance that begins at `from`.
+const sigmaAlong = (covariance, from, d) => Math.sqrt(Math.max(0, d.reduce((sum, x, r) => sum + d.reduce((part, y, c) => part + x * y * covariance[from + r][from + c], 0), 0)));
+
+function poseSection(report) {
+  const end = report.world_from_ct, start = report.start_world_from_ct, turned = rotationVector(timesTransposed(turnOf(start), turnOf(end)));
+  const column = (c) => [0, 1, 2].map((r) => end[r][c]), known = report.covariance;
+  const rows = LPS.map((name, c) => ({ name, turned: turned[c], sigma_mm: known && sigmaAlong(known, 3, column(c)), sigma_deg: known && (sigmaAlong(known, 0, column(c)) * 180) / Math.PI }));
+  const views = known ? report.views.map((view) => ({ name: view.name, axes: view.camera_from_world.slice(0, 3).map((row) => sigmaAlong(known, 3, row.slice(0, 3))) })) : [];
+  section("Pose", "What the registration turned, and how sure it is (1 σ of chance), in the patient's directions." + (known ? "" : " How sure it is, is not told of a pose in doubt."),
+    table([{ name: "Direction", key: "name", text: true, show: String }, { name: "Turned about it since the start", key: "turned", show: degrees }, { name: "σ along it", key: "sigma_mm", show: mm }, { name: "σ about it", key: "sigma_deg", show: degrees }], rows),
+    views.length ? el("div", { class: "below" }, table([{ name: "As a view sees it", key: "name", text: true, show: String }, { name: "σ along its columns", value: (v) => v.axes[0], show: mm }, { name: "σ along its rows", value: (v) => v.axes[1], show: mm }, { name: "σ in depth", value: (v) => v.axes[2], show: mm }], views)) : null,
+    el("details", { class: "below" }, el("summary", {}, "world_from_ct: maps points of the CT (LPS, mm) to the world of the views"),
+      table([0, 1, 2, 3].map((c) => ({ name: c < 3 ? "xyz"[c] : "mm", value: (row) => row.r[c], show: (v) => v.toFixed(c < 3 ? 6 : 3) })), end.map((r) => ({ r })))));
+}
+
+// What `place` and `register` have in common: the CT and the views.
+const PLACE_OPTIONS = new Set(["-v", "--volume", "--hu", "--hu-offset", "--attenuation", "--series", "--spacing", "--labels", "--label", "--labels-table", "--object", "--bone-threshold", "--clip", "--material", "--mesh-spacing", "--mesh-unit", "--views", "--undistorted", "--auto-mask"]);
+
+// The command that shows this result in a page to correct it, from the command that made it. Words stay quoted as they are.
+function placeCommand(command) {
+  const words = command.match(/(?:'[^']*'|\\.|[^\s'\\])+/g) ?? [], kept = [];
+  let keep = false, isFolder = false, folder = ".";
+  for (const word of words.slice(words.indexOf("register") + 1)) {
+    const [, name, value] = /^(-v|-o|--?[a-z][a-z0-9-]*)(?:=?(.+))?$/s.exec(word) ?? [];
+    if (name) { keep = PLACE_OPTIONS.has(name); isFolder = name === "-o" || name === "--output"; if (isFolder && value) folder = value; }
+    if (keep) kept.push(word);
+    else if (isFolder && !name) folder = word;
+  }
+  return [words[0], "place", ...kept, "--start", `${folder}/pose.json`, "-o", `${folder}/place.html`].join(" ");
+}
+
+function nextSteps(report) {
+  const correct = [el("pre", { id: "place-command" }, placeCommand(report.command)), "There it can be moved, with live DRRs; ", el("code", {}, "start.json"), " saved there is a start for the same command again."];
+  if (report.verdict.ok) return ["Look at the outlines below: they must lie on the bones of every X-ray. The pose is in ", el("code", {}, "pose.json"), " and ", el("code", {}, "pose.tfm"), ".",
+    el("details", {}, el("summary", {}, "They do not? Correct it by hand"), correct)];
+  return ["Look at the outlines below. Where they do lie on the bones, the reasons say what to mend. Where they do not, correct it by hand:", correct];
+}
+
+function registerCards(report) {
+  const cards = [];
+  if (report.tre) cards.push(["error against the truth (mTRE), start → result", `${mm(report.tre.initial_mtre_mm)} → ${mm(report.tre.final_mtre_mm)}`], ["as seen in the pictures (mRPD)", mm(report.tre.final_mrpd_mm)]);
+  if (report.sigma && report.sigma.expected_error_mm > 0) {
+    cards.push(["expected error (rms)", mm(report.sigma.expected_error_mm)]);
+    if (report.sigma.in_depth_mm) cards.push(["expected in the plane / in depth", `${mm(report.sigma.in_plane_mm)} / ${mm(report.sigma.in_depth_mm)}`]);
+  }
+  cards.push(["gradient correlation, start → result (1 = alike)", `${(1 - report.cost.initial).toFixed(3)} → ${(1 - report.cost.final).toFixed(3)}`]);
+  if (report.content === "part") cards.push(["of what the X-ray shows, registered as", "a part"]);
+  if (report.search?.starts > 0) cards.push([`starts compared (search ${report.search.mode})`, number(report.search.starts)], ["of the refined ones, ended here", number(report.search.agreeing)], ["as good elsewhere", number(report.search.rivals.length)]);
+  cards.push(["time", seconds(report.time_s.total)]);
+  return cards;
+}
+
 function registerPage({ report, images }) {
   heading("Registration", report.inputs?.[0] ? report.inputs.map((i) => i.path.split("/").pop()).join(", ") : "");
-  const t = report.time_s;
-  const cards = [["cost (0 = perfect, 1 = unrelated)", `${number(report.cost.initial)} → ${number(report.cost.final)}`],
-    ["time", seconds(t.total)], ["poses compared", number(report.evaluations + report.linearizations)], ["iterations", number(report.iterations)]];
-  if (report.tre) cards.unshift(["mTRE, start → result", `${number(report.tre.initial_mtre_mm)} → ${number(report.tre.final_mtre_mm)} mm`], ["mRPD of the result", number(report.tre.final_mrpd_mm) + " mm"]);
-  if (report.content === "part") cards.push(["of what the X-ray shows, registered as", "a part"]);
-  if (report.search?.starts > 0) cards.push([`search (${report.search.mode}), poses compared`, number(report.search.starts)], ["ended here / rivals elsewhere", `${report.search.agreeing} / ${report.search.rivals.length}`]);
-  if (report.sigma && report.sigma.expected_error_mm > 0) {
-    cards.push(["expected error (rms)", number(report.sigma.expected_error_mm) + " mm"], ["uncertainty (1 σ)", `${number(report.sigma.translation_mm)} mm, ${number(report.sigma.rotation_deg)}°`]);
-    cards.push([`σ along the weakest direction (${report.sigma.weakest_direction.map((x) => x.toFixed(2)).join(", ")})`, number(report.sigma.weakest_mm) + " mm"]);
-  }
-  verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: do not use the result unchecked", report.verdict.reasons, cards);
-  section("X-ray and DRR", "Move the slider: left of it the X-ray, right of it the CT projected at the pose. Bones should run through without a step.", overlays(images));
+  verdict(report.verdict.ok, report.verdict.ok ? "Registered: no reason to doubt was found" : "Doubtful: do not use the result unchecked", report.verdict.reasons, registerCards(report), nextSteps(report));
+  section("X-ray and DRR", "The outline of the CT projected at the pose found, over the X-ray. Choose a DRR instead and move the slider: left of it the X-ray, right of it the DRR. Letters: the patient's left, right, front (A), back (P), head, feet. Pictures are what the detector sees from the source, unless mirrored.",
+    overlays(images, report.views.map((view) => sidesOf(view.camera_from_world, report.world_from_ct))));
+  poseSection(report);
   const steps = report.history.map((h, i) => ({ ...h, step: i + 1 }));
   const levels = [...new Set(steps.map((s) => s.level))];
   const perLevel = levels.map((l) => ({ label: `level ${l + 1} of ${report.levels.length}`, i: l }));
   section("Convergence", "Cost and length of every accepted step, coarse to fine. Costs of different levels are those of different images.", charts(() => [
-    chart("Cost", null, { x: { label: "step", tickFormat: "d" }, y: { label: "cost", grid: true, zero: true },
-      marks: [Plot.ruleY([0]), ...levels.map((l) => Plot.line(steps.filter((s) => s.level === l), { x: "step", y: "cost", stroke: colour(l), strokeDasharray: dash(l), strokeWidth: 2 })),
+    chart("Cost of every step", null, { x: { label: "accepted step", tickFormat: "d" }, y: { label: "cost (0 = perfect, 1 = unrelated)", grid: true, nice: true },
+      marks: [...levels.map((l) => Plot.line(steps.filter((s) => s.level === l), { x: "step", y: "cost", stroke: colour(l), strokeDasharray: dash(l), strokeWidth: 2 })),
         Plot.dot(steps, { x: "step", y: "cost", fill: (s) => colour(s.level), r: 3, title: (s) => `level ${s.level + 1}, step ${s.iteration}: ${number(s.cost, 5)}` })] }, perLevel),
-    chart("Step", "how far the step moved the object's rim", { x: { label: "step", tickFormat: "d" }, y: { label: "mm", ...spanAxis(steps.map((s) => s.step_mm)) },
+    chart("Length of every step", "how far the step moved the object's rim", { x: { label: "accepted step", tickFormat: "d" }, y: { label: "mm", ...spanAxis(steps.map((s) => s.step_mm)) },
       marks: [Plot.line(steps.filter((s) => s.step_mm > 0), { x: "step", y: "step_mm", stroke: colour(0), strokeWidth: 2 }),
         Plot.dot(steps.filter((s) => s.step_mm > 0), { x: "step", y: "step_mm", fill: (s) => colour(s.level), r: 3 })] }),
-    stageBars("Time", "where the time went", [{ label: report.backend.name, times: t }])]),
+    stageBars("Time", "where the time went", [{ label: report.backend.name, times: report.time_s }])]),
     table([{ name: "Level", value: (l) => report.levels.indexOf(l) + 1 }, { name: "Volume", value: (l) => l.volume_size.join(" × "), text: true, show: String },
-      { name: "Images", value: (l) => l.image_sizes_px.map((s) => s.join(" × ")).join(", "), text: true, show: String },
+      { name: "Images", value: (l) => l.image_sizes_px.map((s) => s.join(" × ")).join(", "), text: true, long: true, show: String },
       { name: "Cost before", value: (l) => l.cost.initial, show: (v) => number(v, 4) }, { name: "after", value: (l) => l.cost.final, show: (v) => number(v, 4) },
-      { name: "Iterations", key: "iterations" }, { name: "Evaluations", key: "evaluations" }, { name: "Linearizations", key: "linearizations" },
+      { name: "Steps", key: "iterations" }, { name: "Poses compared", value: (l) => l.evaluations + l.linearizations },
       { name: "Ended by", key: "termination", text: true, show: String }, { name: "Time", key: "time_s", show: seconds }], report.levels));
-  section("Views", null, table([{ name: "View", key: "name", text: true, show: String }, { name: "Cost", key: "cost", show: (v) => number(v, 4) }], report.views));
-  const rows = report.world_from_ct.map((r, i) => ({ i, r }));
-  section("Pose", "world_from_ct: maps points of the CT (LPS, mm) to the world of the views.", table([0, 1, 2, 3].map((c) => ({ name: c < 3 ? "xyz"[c] : "mm", value: (row) => row.r[c], show: (v) => v.toFixed(c < 3 ? 6 : 3) })), rows));
+  section("Views", null, table([{ name: "View", key: "name", text: true, show: String }, { name: "Gradient correlation", value: (v) => 1 - v.cost, show: (v) => v.toFixed(3) }], report.views));
   manifest(report, [["backend", backendText(report.backend)], ["method", report.method + (report.method_reason ? ` (${report.method_reason})` : "")], ["metric", report.metric], ["projector", report.projector]]);
 }
 
@@ -172,34 +224,37 @@ function benchPage({ report }) {
 
 function trackPage({ report, images }) {
   heading("Trajectory", `${report.objects.map((o) => o.name).join(", ")}: frames ${report.frames.first} to ${report.frames.last}, ${report.frames.done} of ${report.frames.planned} done`);
-  const worst = (o) => (o.expected_error_mm ? `${number(o.expected_error_mm.p50)} / ${number(o.expected_error_mm.p95)} mm` : "–");
+  const worst = (o) => (o.expected_error_mm ? `${mm(o.expected_error_mm.p50)} / ${mm(o.expected_error_mm.p95)}` : "–");
   verdict(report.verdict.ok, report.verdict.ok ? "Every frame is ok" : "Look at the flagged frames", report.verdict.reasons,
-    [["frames per second", number(report.frames_per_second)], ...report.objects.flatMap((o) => [[`${o.name}: frames ok`, `${o.frames_by_status.ok} of ${o.frames.length}`], [`${o.name}: expected error, median / 95 %`, worst(o)]])]);
+    [["of the frames planned, done", `${report.frames.done} of ${report.frames.planned}`], ...report.objects.flatMap((o) => [[`${o.name}: frames ok`, `${o.frames_by_status.ok} of ${o.frames.length}`], [`${o.name}: expected error, median / 95 %`, worst(o)]]), ["frames per second", number(report.frames_per_second)]],
+    report.verdict.ok ? ["Look at the pictures below; poses are in ", el("code", {}, "trajectory.csv"), "."] : ["Look at the flagged frames below: each says why. Their rows in ", el("code", {}, "trajectory.csv"), " have their status. Give a better start for the first of them by ", el("code", {}, "raylign place"), ", and go on from there with ", el("code", {}, "--first"), "."]);
   const flagged = (o) => o.frames.filter((f) => f.status !== "ok");
+  // A line ends where a frame has no pose, or where frames are not next to each other.
+  const gaps = (frames) => frames.flatMap((f, i) => (i > 0 && f.frame > frames[i - 1].frame + 1 ? [{ frame: frames[i - 1].frame + 0.5 }, f] : [f]));
   const mark = { doubtful: COLOURS[4], lost: COLOURS[1], missing: COLOURS[7] };
   const flags = (frames) => Plot.ruleX(frames, { x: "frame", stroke: (f) => mark[f.status], strokeOpacity: 0.5, title: (f) => `${f.status}: ${(f.reasons ?? []).join("; ")}` });
   const searches = (o) => Plot.dot(o.frames.filter((f) => f.searched !== "none" && f.moved_mm), { x: "frame", y: 0, symbol: "triangle", stroke: COLOURS[6], title: (f) => `${f.searched} search${f.recovered ? ", recovered" : ""}` });
-  const curves = (frames, key, names) => names.flatMap((name, i) => [Plot.line(frames, { x: "frame", y: (f) => f[key]?.[i] ?? NaN, stroke: colour(i), strokeDasharray: dash(i), strokeWidth: 2 }),
+  const curves = (frames, key, names) => names.flatMap((name, i) => [Plot.line(gaps(frames), { x: "frame", y: (f) => f[key]?.[i] ?? NaN, stroke: colour(i), strokeDasharray: dash(i), strokeWidth: 2 }),
     Plot.dot(frames.filter((f) => f[key]), { x: "frame", y: (f) => f[key][i], fill: colour(i), r: 1.5 })]);  // a frame between two gaps has no line
   const axes = ["x", "y", "z"].map((label, i) => ({ label, i }));
-  const line = (o, key, label) => chart(`${o.name}: ${label}`, null, { x: { label: "frame", tickFormat: "d" }, y: { label, grid: true, zero: true, tickFormat: (v) => number(v) },
-    marks: [flags(flagged(o)), Plot.line(o.frames, { x: "frame", y: (f) => f[key] ?? NaN, stroke: colour(0), strokeWidth: 2 }), Plot.dot(o.frames.filter((f) => f[key] != null), { x: "frame", y: key, fill: colour(0), r: 1.5 })] });
-  for (const o of report.objects) {
-    section(o.name, "Since its first pose, in the world of the views. Upright lines are frames to look at: yellow doubtful, red lost, grey missing. Triangles: a wider search ran.", charts(() => [
-      chart("Place of the CT's centre", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true }, marks: [flags(flagged(o)), ...curves(o.frames, "moved_mm", ["x", "y", "z"]), searches(o)] }, axes),
-      chart("Rotation vector", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true }, marks: [flags(flagged(o)), ...curves(o.frames, "turned_deg", ["x", "y", "z"]), searches(o)] }, axes),
-      line(o, "cost", "cost"), line(o, "expected_error_mm", "expected error, mm"), line(o, "jump_mm", "from the prediction, mm")]));
-  }
+  const line = (o, key, label) => chart(`${o.name}: ${label}`, null, { x: { label: "frame", tickFormat: "d" }, y: { label, grid: true, nice: true, tickFormat: (v) => number(v) },
+    marks: [flags(flagged(o)), Plot.line(gaps(o.frames), { x: "frame", y: (f) => f[key] ?? NaN, stroke: colour(0), strokeWidth: 2 }), Plot.dot(o.frames.filter((f) => f[key] != null), { x: "frame", y: key, fill: colour(0), r: 1.5 })] });
   for (const j of report.joints) {
     section(`${j.distal} against ${j.proximal}`, `Angles in the order ${j.sequence}, the first about an axis of ${j.proximal}, the last about one of ${j.distal}; place of ${j.distal}'s origin in ${j.proximal}.`, charts(() => [
-      chart("Angles", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "angles_deg", [...j.sequence])] }, [...j.sequence].map((label, i) => ({ label: `${i + 1}: ${label}`, i }))),
-      chart("Translation", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "translation_mm", ["x", "y", "z"])] }, axes)]));
+      chart("Angles", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true, tickFormat: (v) => number(v) }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "angles_deg", [...j.sequence])] }, [...j.sequence].map((label, i) => ({ label: `${i + 1}: ${label}`, i }))),
+      chart("Translation", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true, tickFormat: (v) => number(v) }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "translation_mm", ["x", "y", "z"])] }, axes)]));
   }
-  if (images.length) section("X-ray and DRR", "The first, the middle and the last frame, and that of the largest cost. Left of the slider the X-ray, right of it the CT projected: where it was sought first, and as found.", overlays(images));
   const rows = report.objects.flatMap((o) => flagged(o).map((f) => ({ ...f, object: o.name }))).slice(0, 500);
   if (rows.length) section("Flagged frames", rows.length === 500 ? "The first 500; all are in trajectory.csv." : null, table([{ name: "Frame", key: "frame" }, { name: "Object", key: "object", text: true, show: String }, { name: "Status", key: "status", text: true, show: String },
     { name: "Searched", key: "searched", text: true, show: String }, { name: "Cost", key: "cost", show: (v) => number(v, 4) }, { name: "From the prediction mm", key: "jump_mm" }, { name: "Expected error mm", key: "expected_error_mm" },
     { name: "Reasons", value: (f) => (f.reasons ?? []).join("; "), text: true, long: true, show: String }], rows, (f) => f.status === "lost"));
+  if (images.length) section("X-ray and DRR", "The first, the middle and the last frame, and that of the largest cost. Left of the slider the X-ray, right of it the CT projected: where it was sought first, and as found.", overlays(images));
+  for (const o of report.objects) {
+    section(o.name, "Since its first pose, in the world of the views. Upright lines are frames to look at: yellow doubtful, red lost, grey missing. Triangles: a wider search ran.", charts(() => [
+      chart("Place of the CT's centre", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true, tickFormat: (v) => number(v) }, marks: [flags(flagged(o)), ...curves(o.frames, "moved_mm", ["x", "y", "z"]), searches(o)] }, axes),
+      chart("Rotation vector", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true, tickFormat: (v) => number(v) }, marks: [flags(flagged(o)), ...curves(o.frames, "turned_deg", ["x", "y", "z"]), searches(o)] }, axes),
+      line(o, "cost", "cost"), line(o, "expected_error_mm", "expected error, mm"), line(o, "jump_mm", "from the prediction, mm")]));
+  }
   section("Objects", null, table([{ name: "Object", key: "name", text: true, show: String }, ...["ok", "doubtful", "lost", "missing"].map((s) => ({ name: s, value: (o) => o.frames_by_status[s] })), { name: "Searched", key: "searched" }, { name: "Recovered", key: "recovered" },
     { name: "Cost p50", value: (o) => o.cost?.p50 }, { name: "max", value: (o) => o.cost?.max }, { name: "Expected error p50 mm", value: (o) => o.expected_error_mm?.p50 }, { name: "p95 mm", value: (o) => o.expected_error_mm?.p95 },
     { name: "A frame, p50", value: (o) => o.time_s?.p50, show: seconds }, { name: "max", value: (o) => o.time_s?.max, show: seconds }], report.objects));

@@ -19,6 +19,16 @@ function el(tag, attributes = {}, ...children) {
   return node;
 }
 
+// With the digits that a registration deserves: a hundredth of a millimetre or degree, no more.
+function measured(value, unit) {
+  if (value == null) return "–";
+  const size = Math.abs(value), space = unit === "°" ? "" : "\u00a0";
+  if (size > 0 && size < 0.005) return `< 0.01${space}${unit}`;
+  return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : 2) + space + unit;
+}
+const mm = (value) => measured(value, "mm");
+const degrees = (value) => measured(value, "°");
+
 function number(value, digits = 3) {
   if (value === null || value === undefined) return "–";
   if (typeof value !== "number") return String(value);
@@ -43,9 +53,13 @@ function section(title, note, ...content) {
   return node;
 }
 
-function verdict(ok, sentence, reasons, cards) {
+// The two reasons that matter are seen at once, the others on request. `next`: what to do now.
+function verdict(ok, sentence, reasons, cards, next = []) {
+  const list = (some) => el("ul", {}, some.map((r) => el("li", {}, r)));
   root.append(el("div", { class: "verdict" + (ok ? "" : " bad"), id: "verdict" }, el("strong", {}, sentence),
-    reasons.length ? el("ul", {}, reasons.map((r) => el("li", {}, r))) : null,
+    reasons.length ? list(reasons.slice(0, 2)) : null,
+    reasons.length > 2 ? el("details", {}, el("summary", {}, `${reasons.length - 2} more reason${reasons.length === 3 ? "" : "s"}`), list(reasons.slice(2))) : null,
+    next.length ? el("div", { class: "do-next" }, next) : null,
     el("div", { class: "cards" }, cards.map(([label, value]) => el("div", { class: "card" }, el("b", {}, value), el("span", {}, label))))));
 }
 
@@ -83,26 +97,34 @@ function table(columns, rows, isBad = () => false) {
     }
     copy.textContent = "Copied"; setTimeout(() => { copy.textContent = "Copy"; }, 1500);
   });
-  return el("div", {}, el("div", { class: "tools" }, copy), el("div", { class: "wide" }, el("table", {}, el("thead", {}, el("tr", {}, headings)), body)));
+  return el("div", {}, el("div", { class: "tools" }, copy), el("div", { class: "wide", tabindex: 0, role: "region", "aria-label": `table: ${columns[0].name}` }, el("table", {}, el("thead", {}, el("tr", {}, headings)), body)));
 }
 
-// images: [{title, base: {label, uri}, layers: [{label, uri}]}]. Left of the slider the base, right of it the layer.
-function overlays(images) {
-  return el("div", { class: "overlays" }, images.map((image) => {
-    const top = el("img", { class: "top", alt: "" });
-    const right = el("span", { class: "tag right" });
-    const frame = el("div", { class: "frame" }, el("img", { src: image.base.uri, alt: image.base.label }), top,
-      el("div", { class: "edge" }), el("span", { class: "tag left" }, image.base.label), right);
-    const slide = el("input", { type: "range", min: 0, max: 100, value: 50, step: 0.5, "aria-label": "slide between the images of " + image.title });
-    slide.addEventListener("input", () => frame.style.setProperty("--cut", slide.value + "%"));
-    const show = (i) => {
-      top.src = image.layers[i].uri; top.alt = image.layers[i].label; right.textContent = image.layers[i].label;
-      buttons.forEach((b, k) => b.setAttribute("aria-pressed", String(k === i)));
-    };
-    const buttons = image.layers.map((layer, i) => el("button", { type: "button", onclick: () => show(i) }, layer.label));
-    show(image.layers.length - 1);
-    return el("div", { class: "overlay" }, el("h3", {}, image.title), frame, slide, el("div", { class: "layers" }, buttons.length > 1 ? buttons : []));
-  }));
+// The line of a legend, as the chart draws it.
+function lineSample(i) {
+  const line = (name, attributes) => { const node = document.createElementNS("http://www.w3.org/2000/svg", name); Object.entries(attributes).forEach(([k, v]) => node.setAttribute(k, v)); return node; };
+  const svg = line("svg", { width: 30, height: 8, class: "sample", "aria-hidden": "true" });
+  svg.append(line("line", { x1: 0, x2: 30, y1: 4, y2: 4, stroke: colour(i), "stroke-width": 2, "stroke-dasharray": dash(i) }));
+  return svg;
+}
+
+// A chart as a file for a paper: vectors, with its title and legend in it.
+function svgOf(title, svg, legend) {
+  const height = Number(svg.getAttribute("height")), width = Number(svg.getAttribute("width")), top = 26 + (legend.length ? 18 : 0);
+  const text = (x, y, size, content) => `<text x="${x}" y="${y}" font-size="${size}" fill="#1b1f24">${content.replace(/[&<>]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;" })[c])}</text>`;
+  let x = 8;
+  const keys = legend.map(({ label, i, box }) => {
+    const key = (box ? `<rect x="${x}" y="32" width="14" height="10" fill="${colour(i)}"/>` : `<line x1="${x}" x2="${x + 26}" y1="37" y2="37" stroke="${colour(i)}" stroke-width="2" stroke-dasharray="${dash(i)}"/>`) + text(x + 30, 41, 11, label);
+    x += 44 + 6.2 * label.length;
+    return key;
+  });
+  const inner = new XMLSerializer().serializeToString(svg).replace(/^<svg /, `<svg y="${top}" `);
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="${Math.max(width, x)}" height="${height + top}" font-family="sans-serif">${text(8, 18, 14, title)}${keys.join("")}${inner}</svg>`;
+}
+function save(name, content, type) {
+  const link = el("a", { href: URL.createObjectURL(new Blob([content], { type })), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
 const haveCharts = typeof globalThis.Plot === "object";
@@ -110,9 +132,15 @@ function chart(title, caption, options, legend = []) {
   const node = el("div", { class: "chart" }, el("h3", {}, title), caption ? el("p", { class: "caption" }, caption) : null);
   if (legend.length) {
     node.append(el("div", { class: "legend" }, legend.map(({ label, i, box }) => el("span", {},
-      el("i", box ? { class: "box", style: `background:${colour(i)}` } : { style: `border-color:${colour(i)};border-top-style:${dash(i) ? "dashed" : "solid"}` }), label))));
+      box ? el("i", { class: "box", style: `background:${colour(i)}` }) : lineSample(i), label))));
   }
-  if (haveCharts) node.append(Plot.plot({ width: 520, height: 300, marginLeft: 52, style: { fontSize: "12px", background: "none" }, ...options }));
+  if (!haveCharts) return node;
+  const svg = Plot.plot({ width: 520, height: 300, marginLeft: 52, marginTop: 30, marginBottom: 40, style: { fontSize: "12px", background: "none" }, ...options });
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", `chart: ${title}`);
+  svg.querySelectorAll("g[aria-label]").forEach((group) => group.removeAttribute("aria-label"));  // names of marks, which a reader of screens cannot use
+  const name = title.toLowerCase().replace(/[^a-z0-9]+/g, "_") + ".svg";
+  node.append(svg, el("div", { class: "tools" }, el("button", { type: "button", "aria-label": `save the chart ${title} as SVG`, onclick: () => save(name, svgOf(title, svg, legend), "image/svg+xml") }, "SVG")));
   return node;
 }
 function charts(list) {
