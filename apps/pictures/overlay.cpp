@@ -1,6 +1,7 @@
 #include "apps/pictures/overlay.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "apps/pictures/bitmap_font.h"
@@ -20,6 +21,11 @@ constexpr double kUnderContours = 0.6;
 
 // Orange and blue are told apart by colour-blind readers too [Okabe and Ito 2008].
 constexpr Colour kOrange{255, 150, 0}, kBlue{60, 170, 255}, kWhite{255, 255, 255}, kPaper{16, 18, 22};
+
+// Of several objects [Okabe and Ito 2008], brightened for a dark ground.
+constexpr std::array<Colour, 8> kOfObjects{Colour{255, 150, 0},  Colour{60, 170, 255},  Colour{0, 200, 140},
+                                           Colour{240, 228, 66}, Colour{230, 130, 190}, Colour{120, 140, 255},
+                                           Colour{255, 90, 60},  Colour{200, 200, 200}};
 
 /// All images, shrunk where they are too large, and how they are shown.
 struct Shown {
@@ -139,6 +145,38 @@ RgbImage overlay_picture(const OverlayInput& input) {
     place(grey_panel(shown, shown.drr_result), 1, 0, {{"CT, registered", kWhite}});
     place(before, 0, 1, {{"Before:", kWhite}, {"X-ray", kBlue}, {"CT", kOrange}, {"both", kWhite}});
     place(after, 1, 1, {{"After:", kWhite}, {"X-ray", kBlue}, {"CT", kOrange}, {"both", kWhite}});
+    return picture;
+}
+
+RgbImage objects_picture(const ObjectsInput& input) {
+    const Shown shown = shown_images({input.view, input.xray, input.weights, input.drr_sum, input.drr_sum, {}});
+    const RgbImage dark_xray = xray_panel(shown, without_slow_parts(shown.xray), kUnderContours);
+    const auto outlined = [&](const std::vector<Image>& drrs) {
+        RgbImage panel = dark_xray;
+        for (std::size_t k = 0; k < drrs.size(); ++k) {
+            const EdgeMap edges = contours(shrunk_to(drrs[k], kLongestPx), shown).strong;
+            for (std::size_t i = 0; i < panel.pixels.size(); ++i) {
+                if (edges.sectors[i] != 0) panel.pixels[i] = kOfObjects[k % kOfObjects.size()];
+            }
+        }
+        return panel;
+    };
+    const RgbImage before = outlined(input.drrs_start), after = outlined(input.drrs_result);
+    const int column = before.width + kGapPx, row = before.height + kCaptionPx;
+    const int legend = static_cast<int>(input.names.size());
+    RgbImage picture = blank(2 * column + kGapPx, 2 * row + kGapPx + legend * kCaptionPx, kPaper);
+    const auto place = [&](const RgbImage& panel, int right, int down, const std::string& caption) {
+        draw_words(picture, {{caption, kWhite}}, kGapPx + right * column, down * row + kGapPx);
+        paste(picture, panel, kGapPx + right * column, down * row + kCaptionPx);
+    };
+    place(xray_panel(shown, shown.xray, 1), 0, 0, "X-ray " + input.view);
+    place(grey_panel(shown, shown.drr_result), 1, 0, "Objects, registered");
+    place(before, 0, 1, "Before");
+    place(after, 1, 1, "After");
+    for (int k = 0; k < legend; ++k) {
+        draw_words(picture, {{input.names[k], kOfObjects[k % kOfObjects.size()]}}, kGapPx,
+                   2 * row + kGapPx + k * kCaptionPx);
+    }
     return picture;
 }
 

@@ -3,6 +3,8 @@
 #include "apps/pictures/overlay.h"
 #include "apps/register/refined_views.h"
 #include "apps/register/report.h"
+#include "apps/register/scene_command.h"
+#include "apps/register/scene_inputs.h"
 #include "apps/register/summary.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
@@ -152,16 +154,49 @@ void add_refine_flags(CLI::App& command, RefineFlags& flags) {
              "NAME", kMethodGroup);
 }
 
+/// What serves one object and several takes the place of what the shared flags have for one.
+void add_scene_flags(CLI::App& command, SceneFlags& flags) {
+    for (const char* name : {"--object", "--start", "--truth"}) command.remove_option(command.get_option(name));
+    describe(command.add_option("--object", flags.objects,
+                                "Object of --labels by name or number, with a pose of its own; may be repeated;\n"
+                                "all-bones: every bone of the map that a view shows; or a box to keep of the CT,\n"
+                                "X0,Y0,Z0,X1,Y1,Z1 in mm (LPS), or voxels:I0,J0,K0,I1,J1,K1; default the whole CT"),
+             "NAME|BOX ...", kObjectGroup);
+    describe(command.add_option("--bone", flags.bones,
+                                "Object with a CT of its own, or of -v by labels of --labels (3 or 3,4 or a name);\n"
+                                "may be repeated; default none"),
+             "NAME=FILE|LABELS ...", kObjectGroup);
+    describe(command.add_option("--rest", flags.rest,
+                                "What is left of the CT beside its objects: body (moves), still or none; default none"),
+             "NAME", kObjectGroup);
+    describe(command.add_option(
+                 "--start", flags.starts,
+                 "world_from_ct to start from, for all objects or one: pose.json, .tfm (ct_from_world), .dcm,\n"
+                 ".jts, .tra or \"dicom\"; may be repeated;\n"
+                 "default: CT centre where central rays meet, patient axes as world axes"),
+             "[NAME=]FILE ...", kStartGroup);
+    describe(command.add_option("--truth", flags.truths,
+                                "True pose, of all objects or one, to report the error; default none"),
+             "[NAME=]FILE ...", kStartGroup);
+    describe(command.add_option("--joint", flags.joints, "Angles between two objects; may be repeated; default none"),
+             "PROXIMAL,DISTAL ...", kOutputGroup);
+    describe(command.add_option("--cardan", flags.cardan,
+                                "Order of the joint's angles, proximal axis first, as track has it; default XYZ"),
+             "NAME", kOutputGroup);
+}
+
 }  // namespace
 
 void add_register_command(CLI::App& app, Job& job) {
     const auto options = std::make_shared<RegisterOptions>();
     CLI::App& command = *app.add_subcommand("register", "Find the pose of a CT in one or more X-rays");
     add_volume_flags(command, options->volume);
+    command.get_option("--volume")->required(false)->option_text("FILE");
     add_views_flag(command, options->views, "views.json: images, cameras, masks");
     add_auto_mask_flag(command, options->views);
     add_start_flags(command, options->start);
     add_truth_flags(command, options->truth);
+    add_scene_flags(command, options->scene);
     add_method_flags(command, options->method);
     add_search_flags(command, options->search);
     add_refine_flags(command, options->refine);
@@ -176,9 +211,18 @@ void add_register_command(CLI::App& app, Job& job) {
         "  raylign register -v ct.nii.gz --views views.json --start pose.json -o result\n"
         "  raylign register -v dicom_folder --series 2 --views views.json -o result --backend cpu --threads 4\n"
         "  raylign register -v ct.mha --views xrays/views.json --truth pose.json -o result --json > report.json\n"
-        "  raylign register -v ct.mha --views views.json --start pose.json -o result --refine-views --view-prior 1,5");
+        "  raylign register -v ct.mha --views views.json --start pose.json -o result --refine-views --view-prior 1,5\n"
+        "  raylign register -v ct.nii.gz --labels seg.nii.gz --object vertebrae_L3 --object vertebrae_L4 --rest body\n"
+        "                   --views views.json --start pose.json -o lumbar\n"
+        "  raylign register --bone radius=rad.tif --bone ulna=uln.tif --start radius=r.json --start ulna=u.json\n"
+        "                   --views views.json --joint radius,ulna -o forearm");
     command.callback([options, &job] {
-        job = [options](const Invocation& invocation) { return run_register(*options, invocation); };
+        job = [options](const Invocation& invocation) {
+            if (is_scene(*options)) return run_register_scene(*options, invocation);
+            RegisterOptions one = *options;
+            settle_one_object(one);
+            return run_register(one, invocation);
+        };
     });
 }
 

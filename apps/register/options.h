@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "apps/shared/flags.h"
 
 namespace raylign::detail::apps {
@@ -10,8 +13,19 @@ struct RefineFlags {
     std::string kept_view;  ///< name, or none; "" = the first
 };
 
+/// Several objects at once.
+struct SceneFlags {
+    std::vector<std::string> objects;         ///< names or numbers of labels, "all-bones", or one box for --object
+    std::vector<std::string> bones;           ///< NAME=FILE or NAME=LABELS
+    std::vector<std::string> starts, truths;  ///< FILE or NAME=FILE
+    std::string rest;                         ///< body, still or none; "" = none
+    std::vector<std::string> joints;          ///< PROXIMAL,DISTAL
+    std::string cardan;                       ///< "" = XYZ
+};
+
 /// What the command line of `register` says.
 struct RegisterOptions {
+    SceneFlags scene;
     VolumeFlags volume;
     ViewFlags views;
     StartFlags start;

@@ -99,12 +99,14 @@ Json errors_against_truth(const RegisterRun& run) {
             {"targets", run.inputs.targets_ct_mm.size()}};
 }
 
-Json covariance(const Confidence& confidence) {
+}  // namespace
+
+Json covariance_json(const Confidence& confidence) {
     if (!confidence.is_estimated) return nullptr;
     return matrix_json(confidence.covariance);
 }
 
-Json sigma(const Confidence& confidence) {
+Json sigma_json(const Confidence& confidence) {
     if (!confidence.is_estimated) return nullptr;
     Json sigma = {
         {"translation_mm", confidence.translation_mm}, {"rotation_deg", confidence.rotation_deg},
@@ -117,7 +119,7 @@ Json sigma(const Confidence& confidence) {
     return sigma;
 }
 
-Json search(const SearchReport& search) {
+Json search_json(const SearchReport& search) {
     Json rivals = Json::array();
     for (const Rival& rival : search.rivals) {
         rivals.push_back({{"cost", rival.cost},
@@ -128,8 +130,6 @@ Json search(const SearchReport& search) {
     return {{"mode", search_name(search.mode)}, {"starts", search.starts}, {"refined", search.refined},
             {"agreeing", search.agreeing},      {"cost", search.cost},     {"rivals", rivals}};
 }
-
-}  // namespace
 
 std::string report_json(const RegisterRun& run) {
     const RegistrationResult& result = run.result;
@@ -151,9 +151,9 @@ std::string report_json(const RegisterRun& run) {
     if (run.truth) report["tre"] = errors_against_truth(run);
     report["world_from_ct"] = matrix_json(result.world_from_ct);
     report["start_world_from_ct"] = matrix_json(run.inputs.start_world_from_ct);
-    report["covariance"] = covariance(result.confidence);
-    report["sigma"] = sigma(result.confidence);
-    report["search"] = search(result.search);
+    report["covariance"] = covariance_json(result.confidence);
+    report["sigma"] = sigma_json(result.confidence);
+    report["search"] = search_json(result.search);
     report["robust_rounds"] = result.robust_rounds;
     report["iterations"] = result.iterations;
     report["evaluations"] = result.counters.evaluations;

@@ -7,6 +7,7 @@
 #include "apps/register/inputs.h"
 #include "apps/report_page/report_page.h"
 #include "apps/shared/invocation.h"
+#include "apps/shared/json_text.h"
 #include "raylign/backends.h"
 #include "raylign/registration.h"
 #include "raylign/targets.h"
@@ -30,6 +31,11 @@ struct RegisterRun {
     std::vector<std::string> outputs;  ///< file names in the output folder
     double total_s = 0;
 };
+
+// Parts of a result as report.json has them; null where there is no estimate.
+[[nodiscard]] Json covariance_json(const Confidence& confidence);
+[[nodiscard]] Json sigma_json(const Confidence& confidence);
+[[nodiscard]] Json search_json(const SearchReport& search);
 
 /// report.json, indented, with a final newline.
 [[nodiscard]] std::string report_json(const RegisterRun& run);

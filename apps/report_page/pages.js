@@ -104,6 +104,22 @@ function calibrationChart(trials, cases, legend) {
     marks: [ray(1), ray(2), Plot.dot(dots, { x: "expected_error_mm", y: "final_mtre_mm", stroke: (t) => colour(t.case), r: 2.5, title: (t) => `trial ${t.trial}: ${number(t.final_mtre_mm)} mm, expected ${number(t.expected_error_mm)}` })] }, legend)];
 }
 
+function scenePage({ report, images }) {
+  heading("Registration of several objects", report.objects.map((o) => o.name).join(", "));
+  const moving = report.objects.filter((o) => o.moves);
+  const cards = [["objects ok", `${moving.filter((o) => o.verdict.ok).length} of ${moving.length}`], ["cost (0 = perfect, 1 = unrelated)", `${number(report.cost.initial)} → ${number(report.cost.final)}`], ["time", seconds(report.time_s.total)]];
+  for (const o of moving) if (o.sigma) cards.push([`${o.name}: expected error (rms)`, number(o.sigma.expected_error_mm) + " mm"]);
+  verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: look at the objects", report.verdict.reasons, cards);
+  section("X-ray and DRR", "Move the slider: left of it the X-ray, right of it all objects projected at their poses.", overlays(images));
+  section("Objects", "Each is judged against what the others leave of the X-rays.", table([{ name: "Object", key: "name", text: true, show: String }, { name: "Verdict", value: (o) => (o.moves ? (o.verdict.ok ? "ok" : "doubtful") : "stays"), text: true, show: String },
+    { name: "Expected error mm", value: (o) => o.sigma?.expected_error_mm }, { name: "Cost", value: (o) => o.cost.final, show: (v) => number(v, 4) },
+    { name: "mTRE start mm", value: (o) => o.tre?.initial_mtre_mm }, { name: "result mm", value: (o) => o.tre?.final_mtre_mm },
+    { name: "Reasons", value: (o) => o.verdict.reasons.join("; "), text: true, long: true, show: String }], report.objects, (o) => !o.verdict.ok));
+  if (report.joints.length) section("Joints", "CT axes in the objects' centres of attenuation.", table([{ name: "Proximal", key: "proximal", text: true, show: String }, { name: "Distal", key: "distal", text: true, show: String }, { name: "Sequence", key: "sequence", text: true, show: String },
+    ...[0, 1, 2].map((i) => ({ name: `Angle ${i + 1} °`, value: (j) => j.angles_deg[i] })), ...[0, 1, 2].map((i) => ({ name: `${"xyz"[i]} mm`, value: (j) => j.translation_mm[i] }))], report.joints));
+  manifest(report, [["backend", backendText(report.backend)], ["method", report.method], ["metric", report.metric], ["projector", report.projector], ["moving all together", seconds(report.time_s.together)]]);
+}
+
 function studyPage({ report, trials, images }) {
   const cases = report.cases, settings = report.settings;
   const sum = (key) => cases.reduce((s, c) => s + c.overall[key], 0);
@@ -261,5 +277,5 @@ function trackPage({ report, images }) {
   manifest(report, [["backend", backendText(report.backend)], ["widest search", report.recover], ["time", seconds(report.time_s.total)], ["reading frames", seconds(report.time_s.read_frames)], ["registering", seconds(report.time_s.track)]]);
 }
 
-({ register: registerPage, study: studyPage, compare: comparePage, bench: benchPage, track: trackPage })[data.kind](data);
+({ register: registerPage, scene: scenePage, study: studyPage, compare: comparePage, bench: benchPage, track: trackPage })[data.kind](data);
 document.title = root.querySelector("h1").textContent + " · raylign";

@@ -18,6 +18,7 @@ import sys
 # Written in some cases only, none of which is made here.
 RARE = {
     "report.json": {"decisions", "verdict.reasons"},
+    "report.json of several objects": {"decisions", "objects[].sigma", "objects[].search.rivals"},
     "study.json": {"left_out[].backend", "left_out[].reason"},
     "bench.json": {"left_out[].backend", "left_out[].reason"},
     "info --json": {"backends[].devices", "backends[].instruction_sets"},  # a build may lack the backends that have them
@@ -115,6 +116,7 @@ class Check:
             name = re.sub("_(" + "|".join(VIEWS) + r")\.", "_VIEW.", file)
             for one in objects:
                 name = re.sub(rf"^{one}\.tra$", "NAME.tra", name)
+                name = re.sub(rf"^pose_{one}\.(json|tfm)$", r"pose_NAME.\1", name)
             name = re.sub(r"^joint_[a-z]+_[a-z]+\.csv$", "joint_PROXIMAL_DISTAL.csv", name)
             if name not in named:
                 self.faults.append(f"{folder.name}: the file {file} is left and not named")
@@ -188,6 +190,15 @@ def check_rivals(run, check, backend):
     check.json("report.json", report)
 
 
+def check_bones(run, check, work, backend):
+    run("phantom", "box", "--size", 24, "--spacing", 4, "-o", "box.mha")
+    bones = ["--bone", "hip=spine.mha", "--bone", "knee=box.mha", "--attenuation", *backend, "--joint", "hip,knee"]
+    poses = ["--start", "pose.json", "--truth", "hip=pose.json", "--search", "none"]
+    run("register", *bones, *poses, "--views", "xrays/views.json", "--quiet", "-o", "bones", codes=(0, 1))
+    check.folder(work / "bones", objects=("hip", "knee"))
+    check.json("report.json of several objects", (work / "bones/report.json").read_text())
+
+
 def check_study(run, check, work, backends, threads):
     scene = ["-v", "spine.mha", "--attenuation", "--views", "views.json", "--truth", "pose.json", "--quiet"]
     protocol = ["--bins", "0:4:4", "--per-bin", 1, "--levels", 1, "--backend", ",".join(backends), *threads]
@@ -248,6 +259,7 @@ def main():
     check.input_keys("views.json", (work / "written.json").read_text())
     check_distortion(run, check, work)
     check_register(run, check, work, backend)
+    check_bones(run, check, work, backend)
     check_study(run, check, work, backends, threads)
     check_track(run, check, work, backend)
     if has_cpu:
@@ -257,7 +269,7 @@ def main():
         rare["report.json"] = rare["report.json"] | {"search.rivals"}
         rare["study.json"] = rare["study.json"] | {"agreement"}
     # Of `auto`, which may pass over a GPU here or not.
-    for section in ("report.json", "track.json"):
+    for section in ("report.json", "report.json of several objects", "track.json"):
         rare[section] = rare.get(section, set()) | {"backend.passed_over"}
     check.never_written(rare)
     if check.faults:

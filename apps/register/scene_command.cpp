@@ -1,0 +1,140 @@
+#include "apps/register/scene_command.h"
+
+#include <algorithm>
+#include <iostream>
+
+#include "apps/pictures/overlay.h"
+#include "apps/register/scene_report.h"
+#include "apps/shared/clock.h"
+#include "apps/shared/interrupt.h"
+#include "apps/shared/options.h"
+#include "apps/shared/outputs.h"
+#include "apps/shared/progress_bar.h"
+#include "core/base/error.h"
+#include "core/io/files/output.h"
+#include "raylign/io/pose.h"
+
+namespace raylign::detail::apps {
+namespace {
+
+std::vector<std::string> scene_file_names(const SceneInputs& inputs) {
+    std::vector<std::string> names{"report.json", "report.html"};
+    for (const SceneInput& object : inputs.objects) {
+        names.push_back("pose_" + object.name + ".json");
+        names.push_back("pose_" + object.name + ".tfm");
+    }
+    for (const View& view : inputs.views) {
+        names.push_back("overlay_" + view.name + ".png");
+        names.push_back(drr_file_name(view.name));
+    }
+    return names;
+}
+
+SceneResult register_with_progress(const SceneInputs& inputs, const RegistrationOptions& options, Backend& backend,
+                                   const OutputFlags& output) {
+    std::vector<SceneObject> objects;
+    for (const SceneInput& object : inputs.objects) {
+        objects.push_back({object.name, object.volume, object.start_world_from_ct, object.mobility, object.is_rest});
+    }
+    ProgressBar bar(output);
+    const auto report = [&bar](const RegistrationProgress& progress) { bar.draw(progress_line(progress)); };
+    SceneResult result =
+        register_scene(objects, inputs.views, options, backend, {.on_progress = report, .stop = interrupt_token()});
+    stop_if_interrupted();
+    return result;
+}
+
+/// DRRs of all objects at poses: [view][object].
+std::vector<std::vector<Image>> drrs_of(const SceneInputs& inputs, const RegistrationOptions& options,
+                                        const std::vector<RigidTransform>& world_from_ct, Backend& backend) {
+    std::vector<View> views = inputs.views;
+    for (View& view : views) view.image = view.weights = {};
+    std::vector<std::vector<Image>> drrs(views.size());
+    for (std::size_t k = 0; k < inputs.objects.size(); ++k) {
+        const auto session = backend.prepare({inputs.objects[k].volume, views, options.render, options.similarity});
+        for (std::size_t v = 0; v < views.size(); ++v) drrs[v].push_back(session->render(world_from_ct[k], v));
+        stop_if_interrupted();
+    }
+    return drrs;
+}
+
+Image sum_of(const std::vector<Image>& images) {
+    Image sum = images.front();
+    for (std::size_t i = 1; i < images.size(); ++i) {
+        std::ranges::transform(sum.pixels, images[i].pixels, sum.pixels.begin(), std::plus<>());
+    }
+    return sum;
+}
+
+/// Returns the pictures of report.html.
+std::vector<PageOverlay> stage_scene_pictures(const SceneRun& run, const RegistrationOptions& options, Backend& backend,
+                                              OutputFolder& folder) {
+    std::vector<RigidTransform> starts, found;
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < run.inputs.objects.size(); ++k) {
+        starts.push_back(run.inputs.objects[k].start_world_from_ct);
+        found.push_back(run.result.objects[k].world_from_ct);
+        names.push_back(run.inputs.objects[k].name);
+    }
+    const auto before = drrs_of(run.inputs, options, starts, backend);
+    const auto after = drrs_of(run.inputs, options, found, backend);
+    std::vector<PageOverlay> overlays;
+    for (std::size_t v = 0; v < run.inputs.views.size(); ++v) {
+        const View& view = run.inputs.views[v];
+        const Image all = sum_of(after[v]);
+        write_image(folder.stage(drr_file_name(view.name)), all);
+        write_png(folder.stage("overlay_" + view.name + ".png"),
+                  objects_picture({view.name, view.image, view.weights, names, before[v], after[v], all}));
+        overlays.push_back(
+            page_overlay(view.name, view, sum_of(before[v]), all, folder.stage("report.html").parent_path()));
+    }
+    return overlays;
+}
+
+/// Writes everything but moves nothing into place yet. Returns report.json's text.
+std::string stage_scene(SceneRun& run, const RegistrationOptions& options, Backend& backend, Clock::time_point begin,
+                        OutputFolder& folder) {
+    for (std::size_t k = 0; k < run.inputs.objects.size(); ++k) {
+        const std::string stem = "pose_" + run.inputs.objects[k].name;
+        write_pose(folder.stage(stem + ".json"), run.result.objects[k].world_from_ct);
+        write_pose(folder.stage(stem + ".tfm"), run.result.objects[k].world_from_ct);
+    }
+    const std::vector<PageOverlay> overlays = stage_scene_pictures(run, options, backend, folder);
+    run.total_s = seconds_since(begin) - run.inputs.hashes.time_s;
+    const std::string report = scene_json(run);
+    write_text(folder.stage("report.json"), report);
+    write_text(folder.stage("report.html"),
+               report_page("scene", report, overlays, {{"machine", one_line(machine_json())}}));
+    return report;
+}
+
+}  // namespace
+
+int run_register_scene(const RegisterOptions& options, const Invocation& invocation) {
+    const auto begin = Clock::now();
+    settle_conflicts(options.volume);
+    settle_conflicts(options.backend);
+    settle_conflicts(options.search, options.method);
+    if (options.refine.refine_views || !options.refine.prior.empty() || !options.refine.kept_view.empty()) {
+        throw Error("--refine-views is for one object: leave it out with several");
+    }
+    const RegistrationOptions registration = registration_options(options.method, options.search, options.backend);
+    BackendChoice choice = choose_backend(options.backend);
+    const SceneInputs inputs = read_scene_inputs(options);
+    const std::vector<std::string> names = scene_file_names(inputs);
+    refuse_to_overwrite(inputs.files, options.output.folder, names);
+    OutputFolder folder(options.output.folder);  // before the work: an unwritable folder should not cost a run
+    SceneResult result = register_with_progress(inputs, registration, *choice.backend, options.output);
+    SceneRun run{options, invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result), names, 0};
+    const std::string report = stage_scene(run, registration, *choice.backend, begin, folder);
+    stop_if_interrupted();
+    folder.commit();
+    if (options.output.json) {
+        std::cout << report;
+    } else if (!options.output.quiet) {
+        std::cout << scene_summary(run);
+    }
+    return run.result.ok ? 0 : 1;
+}
+
+}  // namespace raylign::detail::apps

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/register/options.h"
+#include "apps/shared/manifest.h"
+#include "core/registration/scene/scene.h"
+#include "raylign/view.h"
+#include "raylign/volume.h"
+
+namespace raylign::detail::apps {
+
+/// One object as `register` reads it.
+struct SceneInput {
+    std::string name;
+    Volume volume;
+    RigidTransform start_world_from_ct;
+    Mobility mobility = Mobility::moves;
+    bool is_rest = false;
+    std::optional<RigidTransform> true_world_from_ct;
+    std::vector<Eigen::Vector3d> targets_ct_mm;  ///< where the true pose is known
+};
+
+/// Everything that `register` reads of several objects.
+struct SceneInputs {
+    std::vector<SceneInput> objects;
+    std::vector<View> views;
+    std::vector<std::pair<std::size_t, std::size_t>> joints;  ///< proximal, distal: positions in objects
+    std::vector<std::string> notes;
+    std::vector<std::filesystem::path> files;  ///< every file read
+    InputHashes hashes;
+    double load_s = 0;
+};
+
+/// True where the command line names objects: --bone, or --object with anything but a box.
+[[nodiscard]] bool is_scene(const RegisterOptions& options);
+
+/// Moves what the flags that serve one object and several say to where one object has it. Throws Error for --start or
+/// --truth of several, and for --rest and --joint without objects.
+void settle_one_object(RegisterOptions& options);
+
+/// Reads the files, the small ones first. Throws Error for flags that contradict each other, names that stand twice or
+/// are unknown, and what cut_objects refuses; also where two files hold the same bone.
+[[nodiscard]] SceneInputs read_scene_inputs(const RegisterOptions& options);
+
+}  // namespace raylign::detail::apps
