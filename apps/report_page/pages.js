@@ -73,7 +73,7 @@ function registerPage({ report, images }) {
   const levels = [...new Set(steps.map((s) => s.level))];
   const perLevel = levels.map((l) => ({ label: `level ${l + 1} of ${report.levels.length}`, i: l }));
   section("Convergence", "Cost and length of every accepted step, coarse to fine. Costs of different levels are those of different images.", charts(() => [
-    chart("Cost of every step", null, { x: { label: "accepted step", tickFormat: "d" }, y: { label: "cost (0 = perfect, 1 = unrelated)", grid: true, nice: true },
+    chart("Cost of every step", null, { x: { label: "accepted step", tickFormat: "d" }, y: { label: "cost (0 = perfect, 1 = unrelated)", grid: true, nice: true, tickFormat: (v) => number(v) },
       marks: [...levels.map((l) => Plot.line(steps.filter((s) => s.level === l), { x: "step", y: "cost", stroke: colour(l), strokeDasharray: dash(l), strokeWidth: 2 })),
         Plot.dot(steps, { x: "step", y: "cost", fill: (s) => colour(s.level), r: 3, title: (s) => `level ${s.level + 1}, step ${s.iteration}: ${number(s.cost, 5)}` })] }, perLevel),
     chart("Length of every step", "how far the step moved the object's rim", { x: { label: "accepted step", tickFormat: "d" }, y: { label: "mm", ...spanAxis(steps.map((s) => s.step_mm)) },

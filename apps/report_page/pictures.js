@@ -9,14 +9,18 @@ function pixelsOf(image) {
   return { canvas, context, picture: context.getImageData(0, 0, canvas.width, canvas.height) };
 }
 
-// Where the DRR is steep: its grey values change by more than a share of their range across two pixels.
+// Where the DRR is steep: its grey values change by more than a share of their range across two pixels, and by more than beside the line.
 function withOutline(base, layer) {
   const { canvas, context, picture } = pixelsOf(base), drr = pixelsOf(layer).picture, { width, height } = picture;
-  const grey = (x, y) => drr.data[4 * (Math.min(height - 1, Math.max(0, y)) * width + Math.min(width - 1, Math.max(0, x)))];
-  for (let y = 0; y < height; y += 1) for (let x = 0; x < width; x += 1) {
-    const steep = Math.hypot(grey(x + 1, y) - grey(x - 1, y), grey(x, y + 1) - grey(x, y - 1)), share = Math.min(1, Math.max(0, (steep - 14) / 22)), i = 4 * (y * width + x);
-    for (let c = 0; c < 3; c += 1) picture.data[i + c] += share * (OUTLINE[c] - picture.data[i + c]);
-  }
+  const place = (x, y) => Math.min(height - 1, Math.max(0, y)) * width + Math.min(width - 1, Math.max(0, x)), grey = (x, y) => drr.data[4 * place(x, y)];
+  const slopes = Array.from({ length: width * height }, (_, i) => { const x = i % width, y = (i - x) / width; return [grey(x + 1, y) - grey(x - 1, y), grey(x, y + 1) - grey(x, y - 1)]; });
+  const steepness = slopes.map(([dx, dy]) => Math.hypot(dx, dy));
+  steepness.forEach((steep, i) => {
+    const x = i % width, y = (i - x) / width, [dx, dy] = slopes[i].map((d) => Math.round(d / (steep || 1)));
+    if (steep < steepness[place(x + dx, y + dy)] || steep <= steepness[place(x - dx, y - dy)]) return;
+    const share = Math.min(1, Math.max(0, (steep - 14) / 22));
+    for (let c = 0; c < 3; c += 1) picture.data[4 * i + c] += share * (OUTLINE[c] - picture.data[4 * i + c]);
+  });
   context.putImageData(picture, 0, 0);
   return canvas;
 }

@@ -135,7 +135,7 @@ function chart(title, caption, options, legend = []) {
       box ? el("i", { class: "box", style: `background:${colour(i)}` }) : lineSample(i), label))));
   }
   if (!haveCharts) return node;
-  const svg = Plot.plot({ width: 520, height: 300, marginLeft: 52, marginTop: 30, marginBottom: 40, style: { fontSize: "12px", background: "none" }, ...options });
+  const svg = Plot.plot({ width: 520, height: 300, marginLeft: 62, marginTop: 30, marginBottom: 40, style: { fontSize: "12px", background: "none" }, ...options });
   svg.setAttribute("role", "img");
   svg.setAttribute("aria-label", `chart: ${title}`);
   svg.querySelectorAll("g[aria-label]").forEach((group) => group.removeAttribute("aria-label"));  // names of marks, which a reader of screens cannot use
