@@ -44,7 +44,7 @@ struct LabelledCt {
 
 using LabelledObjectsTest = test::IoTest;
 
-double sum_of(const Volume& volume) {
+double all_attenuation(const Volume& volume) {
     return std::accumulate(volume.attenuation_per_mm.begin(), volume.attenuation_per_mm.end(), 0.0);
 }
 
@@ -58,7 +58,7 @@ TEST_F(LabelledObjectsTest, AreCutOutByNameAndNumberInTheirPlaces) {
     for (std::size_t k = 0; k < 2; ++k) {
         const Volume& object = found.objects[k];
         EXPECT_EQ(object.grid.size, Eigen::Vector3i(10, 10, 2));
-        EXPECT_NEAR(sum_of(object), 200 * 0.05, 1e-4);
+        EXPECT_NEAR(all_attenuation(object), 200 * 0.05, 1e-4);
         const double z_mm = labelled.ct.grid.ct_from_voxel(Eigen::Vector3d(0, 0, k == 0 ? 2 : 5)).z();
         EXPECT_NEAR(object.grid.origin_mm.z(), z_mm, 1e-9);
     }
@@ -71,7 +71,7 @@ TEST_F(LabelledObjectsTest, AndTheRestAddUpToTheCt) {
     cut.with_rest = true;
     const LabelledObjects found = cut_objects(labelled.ct, cut);
     ASSERT_TRUE(found.rest);
-    EXPECT_NEAR(sum_of(found.objects[0]), 400 * 0.03, 1e-4);
+    EXPECT_NEAR(all_attenuation(found.objects[0]), 400 * 0.03, 1e-4);
     for (const float voxel : found.rest->attenuation_per_mm) EXPECT_NEAR(voxel, 0.02F, 1e-7);
 }
 
