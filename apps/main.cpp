@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
         raylign::detail::apps::add_register_command(app, job);
         raylign::detail::apps::add_track_command(app, job);
         raylign::detail::apps::add_place_command(app, job);
+        raylign::detail::apps::add_batch_command(app, job);
         raylign::detail::apps::add_drr_command(app, job);
         raylign::detail::apps::add_study_command(app, job);
         raylign::detail::apps::add_compare_command(app, job);

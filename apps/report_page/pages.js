@@ -277,5 +277,19 @@ function trackPage({ report, images }) {
   manifest(report, [["backend", backendText(report.backend)], ["widest search", report.recover], ["time", seconds(report.time_s.total)], ["reading frames", seconds(report.time_s.read_frames)], ["registering", seconds(report.time_s.track)]]);
 }
 
-({ register: registerPage, scene: scenePage, study: studyPage, compare: comparePage, bench: benchPage, track: trackPage })[data.kind](data);
+function batchPage({ report }) {
+  const counts = report.jobs_by_status, all = report.jobs.length;
+  heading("Batch", `${all} job${all === 1 ? "" : "s"}`);
+  const reasons = report.jobs.filter((j) => j.status === "failed").slice(0, 10).map((j) => `${j.name}: ${j.reasons.join("; ")}`);
+  verdict(counts.ok === all, `${counts.ok} of ${all} jobs are ok`, reasons, Object.entries(counts).filter(([, n]) => n > 0).map(([status, n]) => [status, number(n)]));
+  section("Jobs", "The doubtful ones first: look at these. A name opens the job's own page.", table([
+    { name: "Job", key: "name", text: true, show: (name, j) => (j.page ? el("a", { href: j.page.split("/").map(encodeURIComponent).join("/") }, name) : name) },
+    { name: "Command", key: "command", text: true, show: String }, { name: "Status", key: "status", text: true, show: String },
+    { name: "Cost", key: "cost", show: (v) => (v == null ? "" : number(v, 4)) }, { name: "Expected error mm", key: "expected_error_mm", show: (v) => (v == null ? "" : number(v)) },
+    { name: "Time", key: "time_s", show: (v) => (v == null ? "" : seconds(v)) }, { name: "Why", value: (j) => j.reasons.join("; "), text: true, long: true, show: String }],
+  report.jobs, (j) => j.status !== "ok"));
+  manifest(report);
+}
+
+({ batch: batchPage, register: registerPage, scene: scenePage, study: studyPage, compare: comparePage, bench: benchPage, track: trackPage })[data.kind](data);
 document.title = root.querySelector("h1").textContent + " · raylign";

@@ -22,8 +22,8 @@ struct PageOverlay {
 };
 
 /// A self-contained HTML page: works offline, loads nothing. `kind`: register, scene (several objects), study, compare,
-/// bench or track; `report`: the JSON that the page shows; `more`: further members of the page's data, JSON texts by
-/// name.
+/// bench, track or batch; `report`: the JSON that the page shows; `more`: further members of the page's data, JSON
+/// texts by name.
 [[nodiscard]] std::string report_page(std::string_view kind, std::string_view report,
                                       const std::vector<PageOverlay>& overlays,
                                       const std::vector<std::pair<std::string, std::string>>& more = {});

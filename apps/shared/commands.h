@@ -30,5 +30,6 @@ void add_track_command(CLI::App& app, Job& job);
 void add_study_command(CLI::App& app, Job& job);
 void add_compare_command(CLI::App& app, Job& job);
 void add_bench_command(CLI::App& app, Job& job);
+void add_batch_command(CLI::App& app, Job& job);
 
 }  // namespace raylign::detail::apps

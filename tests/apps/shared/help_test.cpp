@@ -18,7 +18,7 @@ using testing::Not;
 TEST(Help, NamesEveryCommandOnOneScreen) {
     const ProgramResult result = run_raylign({"--help"});
     EXPECT_EQ(result.exit_code, 0);
-    for (const char* command : {"register", "drr", "phantom", "geometry", "poses", "import", "info", "help"})
+    for (const char* command : {"register", "batch", "drr", "phantom", "geometry", "poses", "import", "info", "help"})
         EXPECT_THAT(result.out, HasSubstr(command));
     EXPECT_LE(std::count(result.out.begin(), result.out.end(), '\n'), 30);
     EXPECT_EQ(result.err, "");
@@ -53,8 +53,8 @@ TEST_P(HelpOf, NamesTheDefaultOfEveryOptionThatIsNotRequired) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, HelpOf,
-                         testing::Values("register", "place", "drr", "phantom", "geometry", "poses", "import", "info",
-                                         "help"),
+                         testing::Values("register", "place", "batch", "drr", "phantom", "geometry", "poses", "import",
+                                         "info", "help"),
                          [](const auto& named) { return std::string(named.param); });
 
 TEST(Help, RegisterGroupsItsOptions) {
