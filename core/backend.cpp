@@ -118,6 +118,9 @@ void detail::check_views(std::span<const View> views) {
     if (views.empty()) throw Error("views: at least one is needed");
     for (const View& view : views) {
         check_camera(view.geometry.camera, "view " + view.name);
+        if (!(view.ceiling > 0)) {
+            throw bad_value("ceiling", number_text(view.ceiling), "positive, or infinite", "view " + view.name);
+        }
         if (view.cost_weight > 0 && std::isfinite(view.cost_weight)) continue;
         throw bad_value("cost weight", number_text(view.cost_weight), "positive and finite", "view " + view.name);
     }
@@ -163,6 +166,7 @@ void Session::take_views(std::span<const View> views) {
     for (const View& view : views) {
         views_.push_back(view.geometry);
         view_shares_.push_back(view.cost_weight / weight_sum);
+        ceilings_.push_back(view.ceiling);
     }
     for (const View& view : views) {
         if (view.image.empty()) {  // drr and study simulate images: no costs without all of them
@@ -205,7 +209,10 @@ std::vector<RayFrame> Session::frames_for(std::span<const RigidTransform> world_
         if (!is_finite(world_from_ct[i])) throw Error("pose " + std::to_string(i) + ": must be finite");
     }
     std::vector<RayFrame> frames = make_ray_frames(grid_, views_, world_from_ct);
-    for (const RayFrame& frame : frames) check_source(frame);
+    for (RayFrame& frame : frames) {
+        check_source(frame);
+        frame.ceiling = ceilings_[frame.view];
+    }
     return frames;
 }
 

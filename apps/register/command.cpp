@@ -194,6 +194,7 @@ void add_register_command(CLI::App& app, Job& job) {
     command.get_option("--volume")->required(false)->option_text("FILE");
     add_views_flag(command, options->views, "views.json: images, cameras, masks");
     add_auto_mask_flag(command, options->views);
+    add_saturation_flag(command, options->views);
     add_start_flags(command, options->start);
     add_truth_flags(command, options->truth);
     add_scene_flags(command, options->scene);

@@ -6,6 +6,7 @@
 #include "apps/shared/interrupt.h"
 #include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
+#include "apps/shared/saturation.h"
 #include "core/io/poses/spatial_registration.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
@@ -57,6 +58,8 @@ RegisterInputs read_register_inputs(const RegisterOptions& options) {
     append(inputs.notes, volume.notes);
     stop_if_interrupted();
 
+    append(inputs.notes,
+           settle_saturation(options.views.saturation, is_metal(options.volume.file, inputs.volume), views.views));
     FirstGuess guess =
         first_guess(options.start, inputs.volume.grid, views, {0, 0, "", volume.file_grid, volume.files.front()});
     inputs.start_world_from_ct = guess.world_from_ct;

@@ -49,6 +49,7 @@ struct ViewFlags {
     std::vector<std::string> files;  ///< views.json or geometry files, each FILE or FILE=IMAGE
     std::string undistorted;         ///< "true" or "false": of geometry files; "" = not said
     bool auto_mask = false;
+    std::string saturation = "auto";  ///< auto, none, or the line integral
 };
 
 struct StartFlags {
@@ -94,6 +95,7 @@ void add_backend_flags(CLI::App& command, BackendFlags& flags);
 void add_views_flag(CLI::App& command, ViewFlags& flags, const std::string& what);
 void add_undistorted_flag(CLI::App& command, std::string& undistorted, const char* group);
 void add_auto_mask_flag(CLI::App& command, ViewFlags& flags);
+void add_saturation_flag(CLI::App& command, ViewFlags& flags);
 
 /// What the command writes, for the help of -o, --json and --quiet.
 struct OutputTexts {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "core/geometry/dominant_axis.h"
@@ -34,6 +35,21 @@ JacobianSums jacobian_sums_of(const BandDerivativeSums& band) {
     std::ranges::copy(band.moving_jacobian, sums.moving_jacobian.begin());
     std::ranges::copy(band.jacobian_jacobian, sums.jacobian_jacobian.begin());
     return sums;
+}
+
+/// Cuts the tile's DRR at the ceiling, and its derivatives where it is cut. Pixels that nobody needs hold what was
+/// there before: cutting them harms nobody.
+void saturate(const CastJob& job, float ceiling) {
+    for (int y = job.y0; y < job.y1; ++y) {
+        for (int x = job.x0; x < job.x1; ++x) {
+            float* const pixel = job.image + y * job.image_stride + x;
+            for (int p = 1; job.derivatives != nullptr && p <= kParameters; ++p) {
+                float& slope = pixel[p * job.image_distance];
+                slope = saturated_slope(slope, *pixel, ceiling);
+            }
+            *pixel = saturated(*pixel, ceiling);
+        }
+    }
 }
 
 }  // namespace
@@ -139,6 +155,7 @@ void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* deriva
     } else {
         (joseph ? kernels_.cast_joseph : kernels_.cast_trilinear)[layouts_->storage()](job);
     }
+    if (std::isfinite(frame.ceiling)) saturate(job, static_cast<float>(frame.ceiling));
     slot.cast_s += seconds_since(start);
 }
 

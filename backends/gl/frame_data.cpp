@@ -1,13 +1,14 @@
 #include "backends/gl/frame_data.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/geometry/dominant_axis.h"
 
 namespace raylign::detail::gl {
 namespace {
 
-constexpr double kFarAway_mm = 1e30;  ///< stands for a detector at infinity: inf times 0 would be NaN
+constexpr double kFarAway_mm = 1e30;  ///< stands for infinity, also a ceiling's: inf times 0 would be NaN
 
 shared::vec4 vec4(const Eigen::Vector3d& v, double w = 0) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), static_cast<float>(w)};
@@ -32,12 +33,13 @@ shared::FrameData frame_data(const RayFrame& frame, const FrameContext& context)
     const Eigen::Vector2d px = centre_px(context);
     const Eigen::Vector3d ray = frame.ray_voxel(px.x(), px.y());
     const double depth_mm = near_depth_mm(frame, context);
+    const auto ceiling = static_cast<float>(std::min(frame.ceiling, kFarAway_mm));
     const Eigen::Vector3d position = frame.source_voxel + depth_mm * ray - context.first_voxel.cast<double>();
     return {vec4(position, depth_mm),
             vec4(ray, std::min(frame.depth_max_mm - depth_mm, kFarAway_mm)),
             vec4(frame.step_u_voxel),
             vec4(frame.step_v_voxel),
-            {frame.view, 0, 0, 0}};
+            {frame.view, std::bit_cast<std::uint32_t>(ceiling), 0, 0}};
 }
 
 shared::DerivativeData derivative_data(const RayFrame& frame, const RayFrameDerivatives& derivatives,

@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <type_traits>
 #include <utility>
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
 
 namespace raylign::detail::gl {
 namespace {
@@ -10,12 +15,25 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+/// The paper's pipeline is kept as it was.
+template <class AnyPipeline>
+void check_ceilings(std::span<const View> views) {
+    if constexpr (std::is_same_v<AnyPipeline, PaperPipeline>) {
+        for (const View& view : views) {
+            if (std::isinf(view.ceiling)) continue;
+            throw bad_value("ceiling", number_text(view.ceiling), "infinite: gl-2006 has no model of saturation",
+                            "view " + view.name);
+        }
+    }
+}
+
 }  // namespace
 
 template <class AnyPipeline>
 PipelineSession<AnyPipeline>::PipelineSession(std::shared_ptr<Context> context, const Scene& scene,
                                               const typename AnyPipeline::Options& options)
     : Session(scene), context_(std::move(context)), options_(options) {
+    check_ceilings<AnyPipeline>(scene.views);
     prepare([&] { return DeviceScene(*context_, scene, fixed(), {options.storage, options.exact, options.crop}); });
 }
 
@@ -23,6 +41,7 @@ template <class AnyPipeline>
 PipelineSession<AnyPipeline>::PipelineSession(const PipelineSession& resident, std::span<const View> views,
                                               const Similarity& similarity)
     : Session(resident, views, similarity), context_(resident.context_), options_(resident.options_) {
+    check_ceilings<AnyPipeline>(views);
     prepare([&] { return DeviceScene(*resident.pipeline_, views, similarity, fixed()); });
 }
 

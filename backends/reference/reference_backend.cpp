@@ -173,7 +173,7 @@ protected:
                 const double length_mm = march(frame, frame.ray_voxel(u, v), [&](const Eigen::Vector3d& y, double) {
                     sum += interpolate(volume_, y);
                 });
-                drr(u, v) = static_cast<float>(sum * length_mm);
+                drr(u, v) = saturated(static_cast<float>(sum * length_mm), static_cast<float>(frame.ceiling));
             }
         }
         timing_.drr_s += seconds_since(start);
@@ -218,7 +218,9 @@ private:
                         const int a = dominant_axis(ray);
                         derivative -= (g0.dot(ray) * ds[a] + g1.dot(ray) * dd[a] + sum * dd[a]) / ray[a];
                     }
-                    images[p](u, v) = static_cast<float>(derivative * length_mm);
+                    images[p](u, v) =
+                        saturated_slope(static_cast<float>(derivative * length_mm), static_cast<float>(sum * length_mm),
+                                        static_cast<float>(frame.ceiling));
                 }
             }
         }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,7 +23,8 @@ struct RayFrame {
     Eigen::Vector3d direction_voxel;  ///< of pixel (0, 0), per mm of depth
     Eigen::Vector3d step_u_voxel;
     Eigen::Vector3d step_v_voxel;
-    double depth_max_mm;  ///< infinite where the camera has no sdd
+    double depth_max_mm;                                       ///< infinite where the camera has no sdd
+    double ceiling = std::numeric_limits<double>::infinity();  ///< of the view's line integrals: see saturated()
     std::uint32_t view;
     std::uint32_t pose;
 
@@ -30,7 +32,15 @@ struct RayFrame {
         return direction_voxel + u * step_u_voxel + v * step_v_voxel;
     }
 };
-static_assert(sizeof(RayFrame) == 112, "RayFrame travels to devices as is");
+static_assert(sizeof(RayFrame) == 120, "RayFrame travels to devices as is");
+
+/// What a saturated detector shows of a line integral, min(I, ceiling), and of its derivative: nothing where it is cut.
+[[nodiscard]] inline float saturated(float line_integral, float ceiling) {
+    return line_integral < ceiling ? line_integral : ceiling;
+}
+[[nodiscard]] inline float saturated_slope(float derivative, float line_integral, float ceiling) {
+    return line_integral < ceiling ? derivative : 0;
+}
 
 [[nodiscard]] RayFrame make_ray_frame(const VoxelGrid& grid, const ViewGeometry& view,
                                       const RigidTransform& world_from_ct);

@@ -43,6 +43,7 @@ Volume half_resolution(const Volume& volume) {
 
 View half_resolution(const View& view) {
     View half{view.name, {half_resolution(view.geometry.camera), view.geometry.camera_from_world}, {}, {}};
+    half.ceiling = view.ceiling;
     const int width = half.geometry.camera.size_px.x(), height = half.geometry.camera.size_px.y();
     if (!view.image.empty()) half.image = Image(width, height);
     if (!view.weights.empty()) half.weights = Image(width, height);

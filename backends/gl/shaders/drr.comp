@@ -40,7 +40,8 @@ void main() {
     const RaySums sums = march(ray, length_mm);
     const float unit = length_mm * scene.texel.x;
     uint at = gl_WorkGroupID.z * (DERIVATIVES * kParameters + 1) * scene.counts.x + px.y * view.size_px.x + px.x;
-    images[at] = unit * sums.value;
+    const float line_integral = unit * sums.value, ceiling = uintBitsToFloat(frames[frame].view.y);
+    images[at] = min(line_integral, ceiling);
 #if DERIVATIVES
 #if JOSEPH
     const int axis = dominant_axis(ray.direction);
@@ -49,7 +50,8 @@ void main() {
 #endif
     for (uint i = 0; i < kParameters; ++i) {
         at += scene.counts.x;
-        images[at] = unit * derivative_of(sums, ray, derivatives[frame].parameters[i], from_centre_px, axis);
+        const float slope = unit * derivative_of(sums, ray, derivatives[frame].parameters[i], from_centre_px, axis);
+        images[at] = line_integral < ceiling ? slope : 0;  // a saturated pixel stays as it is
     }
 #endif
 }

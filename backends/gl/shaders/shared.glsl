@@ -7,7 +7,7 @@ struct FrameData {
     vec4 direction_voxel;  // xyz: of that ray, per mm of depth; w: from that depth to the detector [mm]
     vec4 step_u_voxel;     // xyz: change of direction per pixel to the right
     vec4 step_v_voxel;     // xyz: per pixel down
-    uvec4 view;            // x: index of the view
+    uvec4 view;            // x: index of the view; y: ceiling of its line integrals, the bits of a float
 };
 
 /// Derivative of a FrameData with respect to one pose parameter: position at the same depth, direction, steps.

@@ -174,6 +174,7 @@ private:
     Similarity similarity_;
     std::vector<ViewGeometry> views_;
     std::vector<double> view_shares_;  ///< of the cost; they sum to one
+    std::vector<double> ceilings_;     ///< View::ceiling
     std::vector<detail::FixedChannels> fixed_;
     std::vector<Image> mask_weights_;  ///< what fixed_ began with: set_weights cannot bring masked pixels back
     int channel_count_;

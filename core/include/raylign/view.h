@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include "raylign/camera.h"
@@ -14,6 +15,8 @@ struct View {
     Image image;             ///< line integrals (denser = larger); empty where there is none yet (drr, study)
     Image weights;           ///< 0 = ignore this pixel, 1 = use it; empty = all ones
     double cost_weight = 1;  ///< share of this view in the cost, relative to the other views'; positive
+    /// Where the detector saturates: a DRR's line integrals above look like this one. Positive; infinite = nowhere.
+    double ceiling = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace raylign

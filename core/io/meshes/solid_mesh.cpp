@@ -141,7 +141,7 @@ double winding_of_others(const TriangleMesh& mesh, const std::vector<int>& part_
         sum += std::atan2(r[0].dot(r[1].cross(r[2])),
                           a * b * c + r[0].dot(r[1]) * c + r[1].dot(r[2]) * a + r[2].dot(r[0]) * b);
     }
-    return sum / (2 * std::numbers::pi);  // [van Oosterom83]: half the solid angle each
+    return sum / (2 * std::numbers::pi);  // [Oosterom83]: half the solid angle each
 }
 
 void turn(Triangle& triangle) { std::swap(triangle[1], triangle[2]); }

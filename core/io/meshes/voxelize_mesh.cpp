@@ -1,7 +1,9 @@
 #include "core/io/meshes/voxelize_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "core/base/error.h"
