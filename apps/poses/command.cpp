@@ -2,6 +2,7 @@
 #include <array>
 #include <iostream>
 
+#include "apps/poses/opensim.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/parse.h"
@@ -19,7 +20,7 @@
 namespace raylign::detail::apps {
 namespace {
 
-enum class PosesOutput { trajectory, tra, jts, jtak, xmalab, pose };
+enum class PosesOutput { trajectory, tra, jts, jtak, xmalab, pose, mot, sto, trc };
 
 struct PosesOptions {
     std::filesystem::path file, output;
@@ -32,6 +33,7 @@ struct PosesOptions {
     std::optional<int> frame;
     std::string order;  ///< of .tra: rows, columns; "" = told by the numbers
     double unit_mm = 1;
+    double rate_hz = 0;  ///< of OpenSim's files; 0 = not said
 };
 
 /// A volume and where its voxels lie as Autoscoper shows it.
@@ -104,12 +106,15 @@ std::vector<PoseSequence> read_poses(const PosesOptions& options, const std::vec
 }
 
 PosesOutput output_of(const PosesOptions& options) {
-    constexpr std::array<std::pair<const char*, PosesOutput>, 6> kNames = {{{"trajectory", PosesOutput::trajectory},
+    constexpr std::array<std::pair<const char*, PosesOutput>, 9> kNames = {{{"trajectory", PosesOutput::trajectory},
                                                                             {"tra", PosesOutput::tra},
                                                                             {"jts", PosesOutput::jts},
                                                                             {"jtak", PosesOutput::jtak},
                                                                             {"xmalab", PosesOutput::xmalab},
-                                                                            {"pose", PosesOutput::pose}}};
+                                                                            {"pose", PosesOutput::pose},
+                                                                            {"mot", PosesOutput::mot},
+                                                                            {"sto", PosesOutput::sto},
+                                                                            {"trc", PosesOutput::trc}}};
     std::string name = options.format;
     const std::string extension = lower_case(options.output.extension().string());
     if (name.empty() && !extension.empty()) name = extension.substr(1);
@@ -119,12 +124,12 @@ PosesOutput output_of(const PosesOptions& options) {
         if (name == word) return output;
     }
     if (!options.format.empty()) {
-        throw bad_value("--format", options.format, "one of trajectory, tra, jts, jtak, xmalab, pose");
+        throw bad_value("--format", options.format, "one of trajectory, tra, jts, jtak, xmalab, pose, mot, sto, trc");
     }
     throw bad_value(
         "-o", options.output.string(),
-        "a name ending in .csv (trajectory.csv, or XMALab's with --format xmalab), .tra, .jts, .jtak, .json, "
-        ".tfm or .dcm");
+        "a name ending in .csv (trajectory.csv, or XMALab's with --format xmalab), .tra, .jts, .jtak, .mot, .sto, "
+        ".trc, .json, .tfm or .dcm");
 }
 
 /// Of formats that hold one object.
@@ -156,6 +161,11 @@ std::string table_text(PosesOutput output, const std::vector<PoseSequence>& sequ
             return jointtrack_text(only_object(sequences, options), JointTrackFlavour::jtak);
         case PosesOutput::xmalab:
             return xmalab_text(sequences);
+        case PosesOutput::mot:
+        case PosesOutput::sto:
+            return opensim_storage_text(sequences, options.output.stem().string(), options.rate_hz);
+        case PosesOutput::trc:
+            return opensim_markers_text(sequences, options.output.filename().string(), options.rate_hz);
         default:
             break;
     }
@@ -222,6 +232,11 @@ int run_poses(const PosesOptions& options) {
         throw bad_value("--unit", number_text(options.unit_mm), "in (0, 1000] mm");
     }
     const PosesOutput output = output_of(options);
+    const bool is_opensim = output == PosesOutput::mot || output == PosesOutput::sto || output == PosesOutput::trc;
+    if (is_opensim && !(options.rate_hz > 0 && options.rate_hz <= 1e6)) {
+        throw bad_value("--rate", number_text(options.rate_hz),
+                        "the frames a second, up to 1e6: OpenSim's files tell time", options.output.string());
+    }
     std::error_code missing;
     if (std::filesystem::equivalent(options.file, options.output, missing)) {
         throw Error("-o " + options.output.string() + ": would overwrite the input; give another name");
@@ -265,12 +280,16 @@ void add_poses_flags(CLI::App& command, PosesOptions& options) {
              kObjectGroup);
     describe(command
                  .add_option("-o,--output", options.output,
-                             "Converted: .csv (trajectory.csv), .tra, .jts, .jtak; of one frame .json, .tfm or .dcm")
+                             "Converted: .csv (trajectory.csv), .tra, .jts, .jtak, OpenSim's .mot, .sto, .trc;\n"
+                             "of one frame .json, .tfm or .dcm")
                  ->required(),
              "FILE (required)", kOutputGroup);
     describe(command.add_option("--format", options.format,
-                                "Of -o: trajectory, tra, jts, jtak, xmalab or pose; default by its extension"),
+                                "Of -o: trajectory, tra, jts, jtak, xmalab, mot, sto, trc or pose;\n"
+                                "default by its extension"),
              "NAME", kOutputGroup);
+    describe(command.add_option("--rate", options.rate_hz, "Frames a second, for OpenSim's files; default none"), "HZ",
+             kOutputGroup);
 }
 
 }  // namespace
@@ -291,7 +310,8 @@ void add_poses_command(CLI::App& app, Job& job) {
                    "  raylign poses pose.json --volume dicom_folder -o pose.dcm\n"
                    "  raylign poses radius.tra --volume radius.tif --spacing 0.4,0.4,0.625 -o trajectory.csv\n"
                    "  raylign poses track/trajectory.csv --object radius --trial wrist.cfg -o radius.tra\n"
-                   "  raylign poses trajectory.csv -o bodies.csv --format xmalab");
+                   "  raylign poses trajectory.csv -o bodies.csv --format xmalab\n"
+                   "  raylign poses track/trajectory.csv --rate 100 -o knee.mot");
     command.callback([options, &job] { job = [options](const Invocation&) { return run_poses(*options); }; });
 }
 

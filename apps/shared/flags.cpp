@@ -134,10 +134,11 @@ void add_auto_mask_flag(CLI::App& command, ViewFlags& flags) {
 }
 
 void add_saturation_flag(CLI::App& command, ViewFlags& flags) {
-    describe(command.add_option("--saturation", flags.saturation,
-                                "Line integral above which the detector shows nothing more (metal): a number, none, or\n"
-                                "auto, from each view's flat densest region, for models of metal; default auto"),
-             "auto|none|L", kInputGroup);
+    describe(
+        command.add_option("--saturation", flags.saturation,
+                           "Line integral above which the detector shows nothing more (metal): a number, none, or\n"
+                           "auto, from each view's flat densest region, for models of metal; default auto"),
+        "auto|none|L", kInputGroup);
 }
 
 void add_method_flags(CLI::App& command, MethodFlags& flags) {

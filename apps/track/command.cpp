@@ -12,6 +12,7 @@
 #include "apps/track/config.h"
 #include "apps/track/pictures.h"
 #include "apps/track/report.h"
+#include "apps/track/smooth.h"
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"
@@ -20,13 +21,15 @@
 namespace raylign::detail::apps {
 namespace {
 
+constexpr const char* kSmoothName = "trajectory_smooth.csv";
+
 std::string joint_file_name(const std::string& joint) { return "joint_" + joint + ".csv"; }
 std::string hashes_file_name(const std::string& view) { return "frames_" + view + ".sha256"; }
 std::string tra_file_name(const std::string& object) { return object + ".tra"; }
 
 std::vector<std::string> output_file_names(const TrackInputs& inputs) {
-    std::vector<std::string> names{"trajectory.csv",    "track.json",        "track.html",
-                                   FrameJournal::kName, TrackJournal::kName, TrackJournal::kOldName};
+    std::vector<std::string> names{"trajectory.csv",    "track.json",           "track.html", FrameJournal::kName,
+                                   TrackJournal::kName, TrackJournal::kOldName, kSmoothName};
     for (const TrackObject& object : inputs.objects) names.push_back(tra_file_name(object.name));
     for (const auto& [proximal, distal] : inputs.joints) {
         names.push_back(joint_file_name(inputs.objects[proximal].name + "_" + inputs.objects[distal].name));
@@ -67,10 +70,10 @@ void stage_text(TrackReport& report, OutputFolder& folder, const std::string& na
     report.outputs.push_back(name);
 }
 
-std::string trajectory_csv(const TrackInputs& inputs, const TrackRecord& record) {
+std::string trajectory_csv(const TrackInputs& inputs, const std::vector<TrajectoryRow>& rows) {
     const std::vector<std::string> views = inputs.view_names();
     std::string text = trajectory_header(views);
-    for (const TrajectoryRow& row : record.rows) text += trajectory_line(row, views.size());
+    for (const TrajectoryRow& row : rows) text += trajectory_line(row, views.size());
     return text;
 }
 
@@ -89,8 +92,13 @@ void stage_tra_files(TrackReport& report, OutputFolder& folder) {
 
 /// Writes everything but moves nothing into place yet. Returns track.json's text.
 std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_point begin, OutputFolder& folder) {
-    stage_text(report, folder, "trajectory.csv", trajectory_csv(report.inputs, report.record));
+    stage_text(report, folder, "trajectory.csv", trajectory_csv(report.inputs, report.record.rows));
     stage_tra_files(report, folder);
+    report.jitters = jitters_of(report.record.rows, report.inputs);
+    if (const SmoothWish wish = parse_smooth(report.options.smooth); wish.is_wanted) {
+        stage_text(report, folder, kSmoothName,
+                   trajectory_csv(report.inputs, smoothed_rows(report.record.rows, report.inputs, wish, report.notes)));
+    }
     const CardanSequence sequence = CardanSequence::from_name(report.options.cardan);
     for (std::size_t j = 0; j < report.inputs.joints.size(); ++j) {
         const auto [proximal, distal] = report.inputs.joints[j];
@@ -131,6 +139,7 @@ int run_track_command(const TrackCommandOptions& given, const Invocation& invoca
     settle_conflicts(options.backend);
     settle_conflicts(options.search, options.method);
     (void)track_options(options, 1);  // checks names first: that is cheap
+    (void)parse_smooth(options.smooth);
     BackendChoice choice = choose_backend(options.backend);
     const TrackInputs inputs = read_track_inputs(options);
     TrackOptions track = track_options(options, inputs.frame_step);
@@ -219,6 +228,11 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
                                 "Farthest from the extrapolated pose, at the object's rim, without a search;\n"
                                 "default 0: 3 mm + 4 x the median of the last frames (20 mm for the first)"),
              "MM", kSearchGroup);
+    describe(
+        command.add_option("--smooth", options.smooth,
+                           "Also leave trajectory_smooth.csv, a spline weighted by the expected errors: none, auto\n"
+                           "(by cross-validation) or its strength; default none"),
+        "none|auto|L", kOutputGroup);
     describe(command.add_option("--joint", options.joints, "Angles between two objects; may be repeated; default none"),
              "PROXIMAL,DISTAL ...", "Joints");
     describe(command.add_option("--cardan", options.cardan,
@@ -241,6 +255,7 @@ void add_track_command(CLI::App& app, Job& job) {
     add_views_flag(command, options->views, "views.json: cameras, frames, masks");
     add_frame_flags(command, *options);
     add_auto_mask_flag(command, options->views);
+    add_saturation_flag(command, options->views);
     add_object_and_start_flags(command, *options);
     add_method_flags(command, options->method);
     add_search_flags(command, options->search);

@@ -45,6 +45,7 @@ std::string track_config(const TrackCommandOptions& options, const TrackInputs& 
         {"time_limit_s", options.search.time_limit_s},
         {"auto_mask", options.views.auto_mask},
         {"undistorted", options.views.undistorted},
+        {"saturation", options.views.saturation},
         {"recover", options.recover},
         {"max_jump_mm", options.max_jump_mm},
         {"frame_step", inputs.frame_step}};

@@ -8,6 +8,7 @@
 #include "apps/shared/interrupt.h"
 #include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
+#include "apps/shared/saturation.h"
 #include "core/io/files/json_node.h"
 #include "core/io/poses/autoscoper_trial.h"
 #include "core/registration/object/pose_space.h"
@@ -53,6 +54,7 @@ TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
         return first_guess({known_file, {}, {}}, grid, inputs.views, at_frame(known_frame, grid)).world_from_ct;
     });
     object.volume = std::move(volume.volume);
+    inputs.has_metal = inputs.has_metal || is_metal(flags.volume.file, object.volume);
     object.file_grid = volume.file_grid;  // for .tra: as Autoscoper shows the volume
     object.volume.grid = detail::flipped_grid(object.volume.grid, volume.file_grid, flags.flips);
     append_new(inputs.files, volume.files);
@@ -104,6 +106,8 @@ RigidTransform read_axes(const std::filesystem::path& path) {
 TrackInputs read_track_inputs(const TrackCommandOptions& options) {
     const auto begin = Clock::now();
     TrackInputs inputs;
+    inputs.saturation = options.views.saturation;
+    (void)parse_saturation(inputs.saturation);
     const std::vector<ObjectFlags> objects = objects_of(options);
     inputs.joints = joints_of(options, objects);
     for (const ObjectFlags& object : objects) {

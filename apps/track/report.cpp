@@ -65,6 +65,8 @@ Json object_json(const TrackReport& report, const TrackObject& object) {
               {"spacing_mm", vector_json(object.volume.grid.spacing_mm)}};
     for (const TrackStatus status : kStatuses)
         json["frames_by_status"][std::string(status_name(status))] = count(frames, status);
+    const TrackJitter& jitter = report.jitters[static_cast<std::size_t>(&object - report.inputs.objects.data())];
+    json["jitter"] = {{"translation_mm", jitter.translation_mm}, {"rotation_deg", jitter.rotation_deg}};
     json["searched"] = std::ranges::count_if(frames, [](const TrackFrame* f) { return f->searched != Search::none; });
     json["recovered"] = std::ranges::count_if(frames, [](const TrackFrame* f) { return f->recovered; });
     json["cost"] = spread(frames, &TrackFrame::cost);
@@ -199,6 +201,11 @@ std::string track_summary(const TrackReport& report) {
         std::string words = object.name + ": " + std::to_string(count(frames, TrackStatus::ok)) + " of " +
                             std::to_string(frames.size()) + " frames ok";
         if (!error.is_null()) words += ", expected error " + fixed(error["p50"], 3) + " mm (median)";
+        const TrackJitter& jitter = report.jitters[static_cast<std::size_t>(&object - report.inputs.objects.data())];
+        if (jitter.count > 0) {
+            words += ", jitter " + fixed(jitter.translation_mm, 3) + " mm, " + fixed(jitter.rotation_deg, 3) +
+                     " deg an axis";
+        }
         text += line("object", words);
     }
     text +=

@@ -7,6 +7,7 @@
 #include "apps/shared/invocation.h"
 #include "apps/track/joint_table.h"
 #include "apps/track/run.h"
+#include "core/tracking/smoothing.h"
 #include "raylign/backends.h"
 
 namespace raylign::detail::apps {
@@ -19,6 +20,7 @@ struct TrackReport {
     const TrackRecord& record;
     BackendInfo backend;
     std::vector<BackendStatus> passed_over;
+    std::vector<TrackJitter> jitters;           ///< one per object
     std::vector<std::vector<JointRow>> joints;  ///< one table per joint
     InputHashes hashed;                         ///< what was read, and the lists of the frames' hashes
     std::vector<std::string> notes;             ///< of reading, and of what was left out

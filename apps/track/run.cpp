@@ -5,9 +5,11 @@
 #include <cmath>
 #include <system_error>
 
+#include "apps/shared/append.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/lines.h"
+#include "apps/shared/saturation.h"
 #include "apps/track/chain.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
@@ -91,22 +93,42 @@ public:
     const Instant& read(std::size_t at) {
         if (at_ == at) return instant_;
         const auto begin = Clock::now();
-        for (std::size_t i = 0; !is_settled_ && i < at; ++i) is_settled_ = reader_.read(inputs_.frames[i]).gap.empty();
+        for (std::size_t i = 0; !is_settled_ && i < at; ++i) {
+            instant_ = reader_.read(inputs_.frames[i]);
+            settle();
+        }
         instant_ = reader_.read(inputs_.frames[at]);
-        is_settled_ = is_settled_ || instant_.gap.empty();
+        settle();
+        for (std::size_t v = 0; v < std::min(ceilings_.size(), instant_.views.size()); ++v) {
+            instant_.views[v].ceiling = ceilings_[v];
+        }
         at_ = at;
         record_.read_s += seconds_since(begin);
         return instant_;
     }
-    [[nodiscard]] const std::vector<std::string>& notes() const { return reader_.notes(); }
+    [[nodiscard]] std::vector<std::string> notes() const {
+        std::vector<std::string> all = reader_.notes();
+        append(all, notes_);
+        return all;
+    }
 
 private:
+    /// By the first instant with all of its images.
+    void settle() {
+        if (is_settled_ || !instant_.gap.empty()) return;
+        is_settled_ = true;
+        notes_ = settle_saturation(inputs_.saturation, inputs_.has_metal, instant_.views);
+        for (const View& view : instant_.views) ceilings_.push_back(view.ceiling);
+    }
+
     const TrackInputs& inputs_;
     InstantReader reader_;
     TrackRecord& record_;
     Instant instant_;
     std::optional<std::size_t> at_;
     bool is_settled_ = false;
+    std::vector<double> ceilings_;
+    std::vector<std::string> notes_;
 };
 
 /// One run through all frames, forwards and then backwards.

@@ -55,6 +55,29 @@ TEST_F(PosesCommand, TakesOnePoseOut) {
     EXPECT_LT((x - Eigen::Vector3d(-19, 12, -970)).norm(), 1e-9) << x.transpose();
 }
 
+TEST_F(PosesCommand, OpenSimGetsTimeTurnsInDegreesAndMetres) {
+    write_text_file(folder.path("gap.jts"), std::string(kJts) +
+                                                "NOT_OPTIMIZED, NOT_OPTIMIZED, NOT_OPTIMIZED, NOT_OPTIMIZED, "
+                                                "NOT_OPTIMIZED, NOT_OPTIMIZED\n");
+    const std::string mot = folder.path("knee.mot");
+    ASSERT_EQ(poses({folder.path("gap.jts"), "--object", "femur", "--rate", "50", "-o", mot}).exit_code, 0);
+    const std::string text = read_text(mot);
+    EXPECT_THAT(text, testing::StartsWith("knee\nversion=1\nnRows=3\nnColumns=7\ninDegrees=yes\nendheader\n"
+                                          "time\tfemur_rx\tfemur_ry\tfemur_rz\tfemur_tx\tfemur_ty\tfemur_tz\n0\t"));
+    EXPECT_THAT(text, HasSubstr("\t90\t0.001\t0.002\t-1\n0.02\t"));  // a quarter turn about z
+    EXPECT_THAT(text, testing::EndsWith("\n0.04\tnan\tnan\tnan\tnan\tnan\tnan\n"));
+    const std::string trc = folder.path("knee.trc");
+    ASSERT_EQ(poses({folder.path("gap.jts"), "--object", "femur", "--rate", "50", "-o", trc}).exit_code, 0);
+    const std::string markers = read_text(trc);
+    EXPECT_THAT(markers, testing::StartsWith("PathFileType\t4\t(X/Y/Z)\tknee.trc\n"));
+    EXPECT_THAT(markers, HasSubstr("\n50\t50\t3\t4\tmm\t50\t1\t3\nFrame#\tTime\tfemur_o\t\t\tfemur_x"));
+    EXPECT_THAT(markers, HasSubstr("\n1\t0\t1\t2\t-1000\t"));
+    EXPECT_THAT(markers, testing::EndsWith("\n3\t0.04" + std::string(12, '\t') + "\n"));
+    const ProgramResult untimed = poses({folder.path("gap.jts"), "-o", mot});
+    EXPECT_EQ(untimed.exit_code, 2);
+    EXPECT_THAT(untimed.err, HasSubstr("--rate"));
+}
+
 TEST_F(PosesCommand, APoseOfADicomCtIsWrittenInDicom) {
     const auto ct = test_data() / "pelvis" / "dicom";
     RAYLIGN_NEED_DATA(ct);

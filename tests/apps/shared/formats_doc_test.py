@@ -221,13 +221,26 @@ def check_track(run, check, work, backend):
     (work / "frames/LAT.2.tif").unlink()  # a gap
     bones = ["--bone", "hip=spine.mha", "--bone", "knee=spine.mha", "--start", "pose.json", "--joint", "hip,knee"]
     frames = ["--frames", "AP=frames/AP.%d.tif", "--frames", "LAT=frames/LAT.%d.tif"]
-    run("track", *common, *bones, *frames, "--recover", "none", "-o", "track", codes=(1,))
+    run("track", *common, *bones, *frames, "--recover", "none", "--smooth", "auto", "-o", "track", codes=(1,))
     check.folder(work / "track", objects=("hip", "knee"))
     check.json("track.json", (work / "track/track.json").read_text())
     check.csv("trajectory.csv", work / "track/trajectory.csv")
     run("poses", "track/trajectory.csv", "-o", "poses.csv")
     check.csv("trajectory.csv", work / "poses.csv")
     check.csv("joint_PROXIMAL_DISTAL.csv", work / "track/joint_hip_knee.csv")
+
+
+def check_batch(run, check, work, backend):
+    options = dict(zip((o.removeprefix("--") for o in backend[::2]), map(str, backend[1::2])))
+    heading = ["name", "volume", "attenuation", "views", "start", *options]
+    rows = [[name, volume, "yes", "xrays/views.json", "pose.json", *options.values()]
+            for name, volume in (("one", "spine.mha"), ("none", "nowhere.mha"))]
+    (work / "jobs.csv").write_text("".join(",".join(row) + "\n" for row in [heading, *rows]))
+    run("batch", "jobs.csv", "--quiet", "-o", "batch", codes=(1,))
+    left = {p.name for p in (work / "batch").iterdir()} - {"one.log"}  # progress, where that is slow
+    if left != {"batch.csv", "batch.html", "batch.journal", "batch.json", "none.log", "one"}:
+        check.faults.append(f"batch leaves {sorted(left)}")
+    check.json("batch.json", (work / "batch/batch.json").read_text())
 
 
 def check_compare_and_bench(run, check, work, backends, threads):
@@ -262,6 +275,7 @@ def main():
     check_bones(run, check, work, backend)
     check_study(run, check, work, backends, threads)
     check_track(run, check, work, backend)
+    check_batch(run, check, work, backend)
     if has_cpu:
         check_rivals(run, check, backend)
         check_compare_and_bench(run, check, work, backends, threads)

@@ -128,7 +128,7 @@ TEST_F(TrackCommand, OneObjectByTheNamesInViewsJsonAndAMultiFrameFile) {
     views["views"][0]["frames"] = "AP.%d.tif";
     views["views"][1]["frames"] = {"LAT.0001.tif", "LAT.0002.tif", "LAT.0003.tif", "LAT.0004.tif"};
     write_text_file(folder.path("views.json"), views.dump());
-    auto arguments = scene.femur_alone({"--json"});
+    auto arguments = scene.femur_alone({"--json", "--smooth", "auto"});
     std::ranges::replace(arguments, folder.path("geometry.json"), folder.path("views.json"));
     const ProgramResult run = run_raylign(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err << run.out;
@@ -146,6 +146,12 @@ TEST_F(TrackCommand, OneObjectByTheNamesInViewsJsonAndAMultiFrameFile) {
     const auto rows = read_trajectory(folder.path("track/trajectory.csv"));
     ASSERT_EQ(rows.size(), 4u);
     for (const TrajectoryRow& row : rows) {
+        EXPECT_LT(centre_error_mm(row, TrackCase::femur(row.frame.frame), TrackCase::kFemurCentre), 0.4);
+    }
+    EXPECT_GT(report.at("objects").at(0).at("jitter").at("translation_mm"), 0);
+    const auto smooth = read_trajectory(folder.path("track/trajectory_smooth.csv"));
+    ASSERT_EQ(smooth.size(), 4u);
+    for (const TrajectoryRow& row : smooth) {
         EXPECT_LT(centre_error_mm(row, TrackCase::femur(row.frame.frame), TrackCase::kFemurCentre), 0.4);
     }
     const ProgramResult part =
@@ -187,6 +193,8 @@ TEST_F(TrackCommand, FaultsAreNamedBeforeAnythingIsTracked) {
     EXPECT_THAT(message({"--joint", "object,object"}), HasSubstr("two different"));
     EXPECT_THAT(message({"--joint", "object"}), HasSubstr("PROXIMAL,DISTAL"));
     EXPECT_THAT(message({"--cardan", "XYX"}), HasSubstr("ZXY"));
+    EXPECT_THAT(message({"--smooth", "-1"}), HasSubstr("none, auto or a strength"));
+    EXPECT_THAT(message({"--saturation", "0"}), HasSubstr("auto, none or a line integral"));
     EXPECT_THAT(message({"--recover", "auto"}), HasSubstr("none, near or global"));
     EXPECT_THAT(message({"--recover", "wide"}), HasSubstr("wide"));
     EXPECT_THAT(message({"--max-jump", "-2"}), HasSubstr("max_jump_mm"));
