@@ -59,7 +59,7 @@ void add_volume_flags(CLI::App& command, VolumeFlags& flags) {
     describe(command
                  .add_option("-v,--volume", flags.file,
                              "CT: NIfTI, MHA/MHD, NRRD, multi-page TIFF or a DICOM folder, in HU;\n"
-                             "or a model: STL, OBJ, PLY, or JSON with several parts")
+                             "or a model: STL, OBJ, PLY, or JSON with several parts; default none")
                  ->required(),
              "FILE (required)", kInputGroup);
     describe(
