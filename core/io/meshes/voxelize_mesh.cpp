@@ -1,5 +1,6 @@
 #include "core/io/meshes/voxelize_mesh.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
