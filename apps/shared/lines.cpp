@@ -18,7 +18,7 @@ std::string format(const char* pattern, ...) {
 }
 
 std::string line(const std::string& label, const std::string& text, int width) {
-    return format("  %-*s", width, label.c_str()) + text + "\n";
+    return format("  %-*s ", width - 1, label.c_str()) + text + "\n";
 }
 
 }  // namespace raylign::detail::apps

@@ -76,7 +76,7 @@ void drop_empty_and_copies(TriangleMesh& mesh, std::vector<std::string>& notes) 
     for (const Triangle& triangle : mesh.triangles) {
         if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
         Triangle key = triangle;
-        std::ranges::rotate(key, std::ranges::min_element(key));
+        std::rotate(key.begin(), std::ranges::min_element(key), key.end());
         if (seen.insert(key).second) {
             kept.push_back(triangle);
         } else {
