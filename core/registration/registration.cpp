@@ -181,6 +181,7 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     }
     judge_views(result, run.extent.radius_mm);
     result.reasons = doubts(result, views, start_world_from_ct, run.extent);
+    if (!run.shows_the_cut.value_or(true)) doubt_beyond_the_cut(result, result.reasons);
     if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
     result.ok = result.reasons.empty() && !run.suspicion;
     withhold_where_doubted(result);

@@ -21,6 +21,10 @@ namespace raylign::detail {
 /// True where that holds for any view.
 [[nodiscard]] bool has_weak_view(const RegistrationResult& result);
 
+/// Adds a reason where a CT whose cut sides hide a part of the X-rays explains the rest of them poorly. Only for
+/// results that leave out what is hidden.
+void doubt_beyond_the_cut(const RegistrationResult& result, std::vector<std::string>& reasons);
+
 /// Takes the expected error of a doubted pose back, unless that it is large is all that is wrong: then it is told.
 void withhold_where_doubted(RegistrationResult& result);
 

@@ -247,6 +247,20 @@ TEST_P(Verdict, GivesTheReasonsOfTheTable) {
 }
 INSTANTIATE_TEST_SUITE_P(Of, Verdict, testing::ValuesIn(kVerdicts), [](const auto& row) { return row.param.name; });
 
+TEST(VerdictOfCutCts, DoubtsACostThatLeavingOutWhatIsHiddenCannotExcuse) {
+    RegistrationResult result = trusted();
+    std::vector<std::string> reasons;
+    result.cost_final = 0.44;
+    doubt_beyond_the_cut(result, reasons);
+    EXPECT_THAT(reasons, testing::IsEmpty());
+    result.cost_final = 0.45;
+    doubt_beyond_the_cut(result, reasons);
+    EXPECT_THAT(reasons, testing::ElementsAre(testing::HasSubstr("the cut CT")));
+    result.content = Content::part;  // other tissue is expected around it
+    doubt_beyond_the_cut(result, reasons);
+    EXPECT_THAT(reasons, testing::SizeIs(1));
+}
+
 TEST(VerdictOfMany, NamesEveryReason) {
     RegistrationResult result = trusted();
     ended(Termination::max_iterations, 1)(result);
