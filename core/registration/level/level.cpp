@@ -29,7 +29,7 @@ Level::Level(Run& run, const LevelPlan& plan, Content content, const std::option
     const auto begin = LevelClock::Clock::now();
     make_views(focus);
     is_continued_ = content == Content::whole && !run.shows_the_cut.value_or(true) && may_continue();
-    session_ = with_views(views_);
+    session_ = make_session();
     const Volume& volume = run.resident.halved(plan.volume_halvings);
     report_.volume_size = volume.grid.size;
     report_.spacing_mm = volume.grid.spacing_mm;
@@ -91,10 +91,10 @@ std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std
     }
 }
 
-std::unique_ptr<Session> Level::with_views(std::span<const View> views) {
+std::unique_ptr<Session> Level::make_session() {
     const Similarity similarity{run_.options.similarity.metric, plan_.filter};
-    if (is_continued_) return run_.resident.continued_session(plan_.volume_halvings, views, similarity);
-    return run_.resident.session(plan_.volume_halvings, views, similarity);
+    if (is_continued_) return run_.resident.continued_session(plan_.volume_halvings, views_, similarity);
+    return run_.resident.session(plan_.volume_halvings, views_, similarity);
 }
 
 bool Level::may_continue() const { return !plan_.is_finest && !run_.resident.cut_faces().empty(); }
@@ -104,7 +104,7 @@ void Level::go_beyond_the_cut(bool goes_on) {
     if (is_continued_ == goes_on) return;
     count(*session_);
     is_continued_ = goes_on;
-    session_ = with_views(views_);
+    session_ = make_session();
 }
 
 void Level::count(const Session& cut_out) {

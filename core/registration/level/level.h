@@ -41,8 +41,6 @@ public:
     /// it does by count().
     [[nodiscard]] std::unique_ptr<Session> cut_out(const RigidTransform& world_from_ct, std::span<const Image> images,
                                                    std::vector<Image>& cut);
-    /// These views, of the level's size, on its volume and with its filter. Count what it does by count().
-    [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views);
     void count(const Session& cut_out);
     /// Puts the result, which a coarser level found, back to the run's start where that costs less here: a coarser
     /// level may have gone astray. `may_restart` false: no coarser level has been asked, and only the report's first
@@ -65,6 +63,8 @@ public:
 
 private:
     void make_views(const std::optional<Focus>& focus);
+    /// The level's views on its volume, as far as it goes, with its filter.
+    [[nodiscard]] std::unique_ptr<Session> make_session();
     LevelOutcome solve(const LevelProblem& problem);
     void record(const OptimizerStep& step, const RigidTransform& pose);
 
