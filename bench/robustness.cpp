@@ -2,10 +2,11 @@
 // explains less and less. X-rays are simulated by the other projector (trilinear, 0.4 voxel steps) from a volume that
 // differs from the CT as the scene says. Usage:
 //   raylign_robustness CT [scenes=noise] [intervals_mm=0:20,20:40,40:60] [trials=50] [views=2] [variants=auto]
-//                      [pixels=256] [xray=MODEL] [angle=DEG] [field=MM] [other=CT] [--json FILE]
+//                      [pixels=256] [xray=MODEL] [angle=DEG] [field=MM] [other=CT] [poses=N] [--json FILE]
 // Several scenes, intervals or variants stand between commas. RAYLIGN_LIST=1 prints every trial. Options with a name
 // stand anywhere: `xray` makes every scene by an X-ray model (c-arm, biplane-lab, flat-panel; default ideal), `angle`
-// is that between the two views (default 90), `field` what they show at the isocentre (default 400).
+// is that between the two views (default 90), `field` what they show at the isocentre (default 400); trials take
+// `poses` poses of the object in turn, each with X-rays of its own (default 1).
 // Scenes, of any CT but the vertebrae:
 //   clean, noise, scatter, metal (clean has no noise and scatter adds some with the ideal detector only)
 //   truncated                  the CT ends where the X-ray goes on: the middle 60 % along z are registered
@@ -111,12 +112,14 @@ void list_trial(int number, const Trial& trial) {
         found.ok ? "ok" : "doubtful: ", found.ok ? "" : found.reasons.front().c_str());
 }
 
-void print_interval(const Scene& scene, const std::string& variant, double low_mm, double high_mm, int trials,
-                    Backend& backend, Record& record) {
+/// Trials take the scenes, one kind at several poses, in turn.
+void print_interval(const std::vector<Scene>& scenes, const std::string& variant, double low_mm, double high_mm,
+                    int trials, Backend& backend, Record& record) {
     int successes = 0, caught = 0, doubted = 0, believed = 0, within = 0;
     std::vector<double> final_mm, of_expected, seconds, linearizations;
     for (int number = 0; number < trials; ++number) {
         const std::uint64_t seed = 1000 * static_cast<std::uint64_t>(high_mm) + number;
+        const Scene& scene = scenes[number % scenes.size()];
         const Trial trial = run_trial(scene, variant, Random(seed).uniform(low_mm, high_mm), seed, backend);
         successes += trial.success;
         caught += !trial.success && !trial.found.ok;
@@ -132,14 +135,14 @@ void print_interval(const Scene& scene, const std::string& variant, double low_m
     std::printf(
         "%-11s %-16s %3.0f-%-3.0f %4d/%-4d p50 %6.3f p95 %6.3f max %6.2f mm  %5.2f s (p95 %5.2f) %4.0f lin  "
         "caught %d/%d doubted %d/%d true/expected p50 %.2f p95 %.2f within 2 sigma %d/%d believed\n",
-        scene.name.c_str(), variant.c_str(), low_mm, high_mm, successes, trials, percentile(final_mm, 0.5),
+        scenes.front().name.c_str(), variant.c_str(), low_mm, high_mm, successes, trials, percentile(final_mm, 0.5),
         percentile(final_mm, 0.95), percentile(final_mm, 1), percentile(seconds, 0.5), percentile(seconds, 0.95),
         percentile(linearizations, 0.5), caught, trials - successes, doubted, successes, percentile(of_expected, 0.5),
         percentile(of_expected, 0.95), within, believed);
     std::fflush(stdout);
-    record.add({scene.name, variant, scene.views.size(), low_mm, high_mm, successes, trials, percentile(final_mm, 0.5),
-                percentile(final_mm, 1), percentile(seconds, 0.5), percentile(linearizations, 0.5), caught, doubted,
-                percentile(of_expected, 0.5), within, believed});
+    record.add({scenes.front().name, variant, scenes.front().views.size(), low_mm, high_mm, successes, trials,
+                percentile(final_mm, 0.5), percentile(final_mm, 1), percentile(seconds, 0.5),
+                percentile(linearizations, 0.5), caught, doubted, percentile(of_expected, 0.5), within, believed});
 }
 
 std::vector<std::string> split(const std::string& text) {
@@ -162,7 +165,7 @@ double number_of(const std::string& name, const std::string& text, double low, d
     return value;
 }
 
-/// Takes NAME=VALUE out of the words.
+/// Takes NAME=VALUE out of the words; `pose` is the last one's number.
 SceneSettings settings_of(std::vector<std::string>& words) {
     SceneSettings settings;
     std::vector<std::string> rest;
@@ -178,12 +181,21 @@ SceneSettings settings_of(std::vector<std::string>& words) {
             settings.field_mm = number_of("field", option->second, 10, 2000);
         } else if (option->first == "other") {
             settings.other = read_volume(option->second).volume;
+        } else if (option->first == "poses") {
+            settings.pose = static_cast<int>(number_of("poses", option->second, 1, 1000)) - 1;
         } else {
-            throw bad_value("option", option->first, "xray, angle, field or other");
+            throw bad_value("option", option->first, "xray, angle, field, other or poses");
         }
     }
     words = rest;
     return settings;
+}
+
+std::vector<Scene> make_scenes(const std::string& name, const Volume& ct, SceneSettings settings) {
+    std::vector<Scene> scenes;
+    const int poses = settings.pose + 1;
+    for (settings.pose = 0; settings.pose < poses; ++settings.pose) scenes.push_back(make_scene(name, ct, settings));
+    return scenes;
 }
 
 int run(std::vector<std::string> words, Record& record) {
@@ -199,17 +211,17 @@ int run(std::vector<std::string> words, Record& record) {
                 settings.views, settings.views < 2 ? "" : text_of(", ", settings.angle_deg, " degrees apart").c_str(),
                 settings.xray.c_str());
     for (const std::string& name : split(word(1, "noise"))) {
-        const Scene scene = make_scene(name, ct, settings);
+        const std::vector<Scene> scenes = make_scenes(name, ct, settings);
         for (const std::string& variant : split(word(5, "auto"))) {
             for (const std::string& interval : split(word(2, "0:20,20:40,40:60"))) {
                 double low_mm = 0, high_mm = 0;
                 if (std::sscanf(interval.c_str(), "%lf:%lf", &low_mm, &high_mm) != 2)
                     throw Error("interval " + interval);
-                print_interval(scene, variant, low_mm, high_mm, trials, *backend, record);
+                print_interval(scenes, variant, low_mm, high_mm, trials, *backend, record);
             }
         }
     }
-    record.note("X-rays simulated from the CT, model " + settings.xray);
+    record.note(text_of("X-rays simulated from the CT, model ", settings.xray, ", poses: ", settings.pose + 1));
     record.write();
     return 0;
 }
@@ -221,7 +233,7 @@ int main(int argc, char** argv) {
     if (argc < 2) {
         std::fprintf(stderr,
                      "usage: raylign_robustness CT [scenes] [intervals_mm] [trials] [views] [variants] [pixels] "
-                     "[xray=MODEL] [angle=DEG] [field=MM] [other=CT]\n");
+                     "[xray=MODEL] [angle=DEG] [field=MM] [other=CT] [poses=N]\n");
         return 2;
     }
     try {

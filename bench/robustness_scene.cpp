@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/random.h"
 #include "core/evaluation/mismatch.h"
 #include "core/image/region.h"
 #include "raylign/backends.h"
@@ -62,6 +63,16 @@ std::vector<View> views_of(const SceneSettings& settings, double field_mm) {
     return views;
 }
 
+/// Another patient on the table: turned by up to 12 degrees and moved by up to 15 mm along each axis.
+RigidTransform pose_number(int number) {
+    if (number == 0) return test::oblique_pose();
+    Random random(number);
+    Twist twist;
+    twist << std::numbers::pi / 15 * std::cbrt(random.uniform()) * random.direction(), random.uniform(-15, 15),
+        random.uniform(-15, 15), random.uniform(-15, 15);
+    return exp(twist) * test::oblique_pose();
+}
+
 struct IdealDetector {
     bool scatters = false;
     double photons = 0;  ///< of an empty pixel; 0 = no noise
@@ -88,18 +99,19 @@ void take_counts(View& view, const RawXray& counts) {
 void take_xrays(Scene& scene, const Volume& actual, const RigidTransform& pose, const SceneSettings& settings,
                 const IdealDetector& ideal) {
     const auto backend = create_backend("cpu").backend;
+    const std::uint64_t seed = 100 + 10 * settings.pose;
     if (settings.xray == "ideal") {
         const RenderSettings fine{Projector::trilinear, 0.4 * actual.grid.spacing_mm.minCoeff()};
         const auto session = backend->prepare({actual, scene.views, fine, {}});
         for (std::size_t v = 0; v < scene.views.size(); ++v) {
-            scene.views[v].image = ideal_xray(ideal, settings.pixels, session->render(pose, v), 100 + v);
+            scene.views[v].image = ideal_xray(ideal, settings.pixels, session->render(pose, v), seed + v);
         }
         return;
     }
     const XrayModel& model = xray_model(settings.xray);
     const auto exposures = expose(model, actual, hu_presets().front(), scene.views, pose, *backend);
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
-        take_counts(scene.views[v], detected(model, exposures[v], 100 + v));
+        take_counts(scene.views[v], detected(model, exposures[v], seed + v));
     }
 }
 
@@ -110,7 +122,7 @@ Scene make_spine(const SceneSettings& settings) {
     Scene scene{.name = "spine",
                 .moving = voxelise(spine_vertebra(extent_mm, 2), grid, 3),
                 .views = views_of(settings, kPartField * settings.field_mm),
-                .truth = test::oblique_pose(),
+                .truth = pose_number(settings.pose),
                 .success_mm = 2};
     scene.targets = default_targets_ct_mm(scene.moving);
     const Phantom spine = spine_phantom(extent_mm);
@@ -120,7 +132,7 @@ Scene make_spine(const SceneSettings& settings) {
     }
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
         const Image image = exact_drr(spine, scene.views[v].geometry, scene.truth);
-        scene.views[v].image = ideal_xray({true, kPhotonsPart}, settings.pixels, image, 100 + v);
+        scene.views[v].image = ideal_xray({true, kPhotonsPart}, settings.pixels, image, 100 + 10 * settings.pose + v);
     }
     return scene;
 }
@@ -183,7 +195,7 @@ Scene make_scene(const std::string& name, const Volume& ct, const SceneSettings&
     if (name == "other") actual = *settings.other;
     scene.targets = default_targets_ct_mm(scene.moving);
     const Eigen::Vector3d centre = part ? targets_centre_mm(scene.targets) : Eigen::Vector3d(ct.grid.centre_ct_mm());
-    scene.truth = test::oblique_pose() * RigidTransform::translate(-centre);
+    scene.truth = pose_number(settings.pose) * RigidTransform::translate(-centre);
     scene.success_mm = part ? 2 : ct.grid.spacing_mm.minCoeff() / 2;
     if (name == "other") scene.success_mm = 0;
     scene.views = views_of(settings, (part ? kPartField : 1) * settings.field_mm);

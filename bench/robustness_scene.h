@@ -16,6 +16,7 @@ struct SceneSettings {
     double angle_deg = 90;        ///< between the two views
     double field_mm = 400;        ///< of a view at the isocentre; of a part 3/4 of it
     std::optional<Volume> other;  ///< the CT that scene `other` X-rays
+    int pose = 0;                 ///< 0: as ever; 1, 2, ...: each another pose of the object, and other noise
 };
 
 struct Scene {
