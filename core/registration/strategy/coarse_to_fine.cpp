@@ -22,10 +22,11 @@ GradientFilter fine_filter(const Run& run) {
     return filter;
 }
 
-std::vector<LevelPlan> plan_run(Run& run, Content content) {
+std::vector<LevelPlan> plan_run(Run& run, Content content, std::ptrdiff_t left_out) {
     const GradientFilter filter = content == Content::part ? fine_filter(run) : given_filter(run);
     std::vector<LevelPlan> levels =
         plan_levels(run.volume(), run.views, run.start, run.extent, filter, run.options.levels);
+    levels.erase(levels.begin(), levels.begin() + std::min(left_out, std::ssize(levels) - 1));
     run.total_work = run.done_work;
     for (const LevelPlan& level : levels) run.total_work += level_work(level);
     run.level_count = static_cast<int>(run.result.levels.size() + levels.size());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -7,8 +8,9 @@
 
 namespace raylign::detail {
 
-/// The levels of a run as this content, coarsest first, with filters that suit it; they count towards the progress.
-[[nodiscard]] std::vector<LevelPlan> plan_run(Run& run, Content content);
+/// The levels of a run as this content, coarsest first but for those left out, with filters that suit it; they count
+/// towards the progress.
+[[nodiscard]] std::vector<LevelPlan> plan_run(Run& run, Content content, std::ptrdiff_t left_out = 0);
 
 /// The filter of the finest level as given, or a fine one: a quarter as wide. A bone's fine edges are its own, wide
 /// ones are not.

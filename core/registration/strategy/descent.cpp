@@ -50,15 +50,16 @@ bool is_hopeless(const Run& run, const LevelPlace& place, double cost) {
 
 }  // namespace
 
-void descend(Run& run, Content content, StartCheck check) {
+void descend(Run& run, Content content, StartCheck check, std::ptrdiff_t left_out) {
     RegistrationResult& result = run.result;
-    const std::vector<LevelPlan> levels = plan_run(run, content);
+    const std::vector<LevelPlan> levels = plan_run(run, content, left_out);
     double step_mm = kInitialStep_px * levels.front().pixel_at_object_mm;
     const auto around_the_result = [&]() -> std::optional<Focus> {
         if (content == Content::whole) return std::nullopt;
         return Focus{result.world_from_ct, kDomainMargin_mm};
     };
-    coarse_to_fine(run, content, levels, around_the_result, [&](Level& level, const LevelPlace& place) {
+    coarse_to_fine(run, content, levels, around_the_result, [&](Level& level, LevelPlace place) {
+        place.is_first = place.is_first && left_out == 0;
         if (place.is_first && check == StartCheck::overlap) level.check_overlap();
         if (content == Content::part) weigh_part(run, level, result.world_from_ct);
         if (content == Content::whole) weigh_whole(run, level, result.world_from_ct);

@@ -19,6 +19,8 @@ constexpr double kPoorlyExplained = 0.25;  // of a view: right poses of a whole 
 constexpr double kFarTurn_rad = 60 * std::numbers::pi / 180;
 constexpr int kFarPoses = 512;
 constexpr std::size_t kFarRefined = 24;
+constexpr double kCutRange_mm = 20, kCutTurn_rad = 15 * std::numbers::pi / 180;
+constexpr int kCutPoses = 64;
 constexpr double kBetter = 0.005;  // of cost: more than two ends of one minimum differ by
 
 /// Columns: the first view's axes in world; the last one is depth.
@@ -131,6 +133,20 @@ std::optional<RigidTransform> look_for_rivals(Run& run) {
     report_rivals(run, in_order, levels.front().pixel_at_object_mm);
     if (best.cost < in_order.front().cost - kBetter) return best.world_from_ct;
     return std::nullopt;
+}
+
+std::optional<RigidTransform> from_the_start_again(Run& run) {
+    const RigidTransform pose = run.result.world_from_ct;
+    if (run.shows_the_cut.value_or(true) || !(run.result.cost_final >= kPoorCost_cut)) return std::nullopt;
+    const std::vector<LevelPlan> levels =
+        plan_levels(run.volume(), run.views, pose, run.extent, run.options.similarity.filter, run.options.levels);
+    if (levels.size() < 2) return std::nullopt;
+    const std::vector<RigidTransform> near =
+        poses_near(run.start, run.extent, kCutRange_mm, kCutTurn_rad, kCutPoses, run.options.search.seed);
+    const std::vector<Candidate> ends = ends_on(run, levels[1], run.start, {{run.start, 0, 1}}, near);
+    const std::vector<Candidate> own = ends_on(run, levels[1], pose, {{pose, 0, 1}});
+    if (ends.empty() || own.empty() || !(ends.front().cost < own.front().cost - kBetter)) return std::nullopt;
+    return ends.front().world_from_ct;
 }
 
 }  // namespace raylign::detail

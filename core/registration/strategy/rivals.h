@@ -16,4 +16,9 @@ namespace raylign::detail {
 /// explains the X-rays better, if there is one.
 [[nodiscard]] std::optional<RigidTransform> look_for_rivals(Run& run);
 
+/// Where a cut CT explains too little of what it should explain: a pose that explains more on the second-coarsest
+/// level, from the start once more and from 64 poses around it. The coarsest one, on which little more than the cut is
+/// to be seen, may have its minimum 14 mm off, whence the next goes astray; so go on from there without it.
+[[nodiscard]] std::optional<RigidTransform> from_the_start_again(Run& run);
+
 }  // namespace raylign::detail

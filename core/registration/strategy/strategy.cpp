@@ -56,15 +56,16 @@ void look_around(Run& run) {
         run.explained_view_costs = found_view_costs;
     };
     try {
-        const std::optional<RigidTransform> better = look_for_rivals(run);
+        const std::optional<RigidTransform> again = from_the_start_again(run);
+        const std::optional<RigidTransform> better = again ? again : look_for_rivals(run);
         if (!better) return;
         found.search = run.result.search;
         run.result.decisions.emplace_back(
             "went on from another pose that explains the X-rays better on a coarse level");
         run.result.world_from_ct = *better;
         run.explained_cost.reset();
-        run.shows_the_cut.reset();
-        descend(run, Content::whole, StartCheck::none);
+        if (!again) run.shows_the_cut.reset();
+        descend(run, Content::whole, StartCheck::none, again ? 1 : 0);
         if (run.explained_cost && *run.explained_cost < found_cost) {
             (void)look_for_rivals(run);
             return;

@@ -34,9 +34,6 @@ constexpr std::string_view kUnsure = "the pose is poorly determined: ";
 // A view of a whole whose wide edges are explained no better than this, and its fine ones, noise and all, not better
 // than that: right poses of X-rays with scatter, noise and metal had at most 0.31 with less than 0.6, or 0.6 with 0.07.
 constexpr double kHalfExplained = 0.25, kFineEdgesLost = 0.6;
-/// Cost of a CT whose cut sides hide a part of the X-ray. Leaving out what they hide lets wrong places fit: right poses
-/// of cut chests, heads and a pelvis had at most 0.36, a pelvis 24 mm along its cut axis 0.53.
-constexpr double kPoorCost_cut = 0.45;
 // Of a whole that a descent found, weak signs: two of them are a doubt (bench/README.md, "Verdict").
 constexpr double kPoorCost = 0.35;  // of a view
 constexpr int kPoorAgreement = 1;   // of at least
