@@ -46,6 +46,14 @@ def test_mypy_finds_the_stubs_as_the_module_is(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_mypy_finds_nothing_to_say_of_the_package_when_strict(tmp_path):
+    """As pyproject.toml asks it: what users' type checkers see."""
+    pytest.importorskip("mypy")
+    done = subprocess.run([sys.executable, "-m", "mypy", "--cache-dir", str(tmp_path)], cwd=Path(__file__).parents[2], capture_output=True,
+                          text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_what_is_offered_is_there_and_documented():
     for name in raylign.__all__:
         assert hasattr(raylign, name), name

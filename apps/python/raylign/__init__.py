@@ -16,6 +16,7 @@ import os
 from typing import Any, Callable, Iterable, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._images import volume_from_image
@@ -46,7 +47,8 @@ from ._tracking import as_backend as _as_backend
 from ._tracking import as_start as _as_start
 
 PathLike = Union[str, "os.PathLike[str]"]
-Pose = np.ndarray
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
 
 __all__ = [
     "Backend", "Error", "Interrupted", "Result", "Session", "TrackFrame", "Tracker", "Unavailable", "View", "Volume", "__version__",
@@ -77,8 +79,8 @@ def read_views(paths: Union[PathLike, Sequence[PathLike]], *, needs_images: bool
     return views
 
 
-def line_integral(pixels: np.ndarray, *, kind: str = "auto", polarity: str = "auto", i0: Optional[float] = None,
-                  auto_mask: bool = False) -> tuple[np.ndarray, Optional[np.ndarray], list[str]]:
+def line_integral(pixels: ArrayLike, *, kind: str = "auto", polarity: str = "auto", i0: Optional[float] = None,
+                  auto_mask: bool = False) -> tuple[Floats, Optional[Floats], list[str]]:
     """A detector's pixels as line integrals: (image, weights or None, what was decided).
 
     kind: "auto" (integers are transmission, floats line integrals), "line-integral" or "transmission" (-log(I / I0)); polarity:
@@ -102,13 +104,13 @@ def as_views(views: Any, *, needs_images: bool = True) -> list[View]:
         return [views]
     if isinstance(views, (str, os.PathLike)):
         return read_views(views, needs_images=needs_images)
-    views = list(views)
-    if views and all(isinstance(view, (str, os.PathLike)) for view in views):
-        return read_views(views, needs_images=needs_images)
-    for view in views:
+    several = list(views)
+    if several and all(isinstance(view, (str, os.PathLike)) for view in several):
+        return read_views(several, needs_images=needs_images)
+    for view in several:
         if not isinstance(view, View):
             raise TypeError(f"views: must be raylign.View or paths, one is a {type(view).__name__}")
-    return views
+    return several
 
 
 def register(volume: Any, views: Any, start: Optional[Any] = None, method: str = "auto", backend: Union[str, Backend] = "auto", *,
@@ -150,22 +152,22 @@ class Session:
         options = dict(metric=metric, sigma_px=sigma_px, projector=projector, step_mm=step_mm)
         ct = as_volume(volume)
         self._session = _native.Session(ct, as_views(views, needs_images=False), _as_backend(backend), options)
-        self.centre: np.ndarray = ct.centre  #: of the volume's grid: what linearize and move turn about by default
+        self.centre: Doubles = ct.centre  #: of the volume's grid: what linearize and move turn about by default
 
-    def evaluate(self, poses: Any) -> np.ndarray:
+    def evaluate(self, poses: Any) -> Doubles:
         """Costs (N,) in [0, 2]; a batch costs less than its parts. Every view needs an image."""
         return self._session.evaluate(poses)
 
-    def linearize(self, poses: Any, centre_ct_mm: Optional[Sequence[float]] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def linearize(self, poses: Any, centre_ct_mm: Optional[ArrayLike] = None) -> tuple[Doubles, Doubles, Doubles]:
         """Costs (N,), gradients (N, 6) and Gauss-Newton matrices (N, 6, 6) with respect to a twist (rad, mm) in world about the point
         centre_ct_mm of the volume (default: centre); raylign.move goes along it."""
         return self._session.linearize(poses, self.centre if centre_ct_mm is None else centre_ct_mm)
 
-    def render(self, pose: Any, view: int = 0) -> np.ndarray:
+    def render(self, pose: Any, view: int = 0) -> Floats:
         """The DRR of one view at one pose, (rows, columns) float32: line integrals."""
         return self._session.render(pose, view)
 
-    def drr_gradient(self, poses: Any, upstream: Any, centre_ct_mm: Optional[Sequence[float]] = None) -> np.ndarray:
+    def drr_gradient(self, poses: Any, upstream: Any, centre_ct_mm: Optional[ArrayLike] = None) -> Doubles:
         """Vector-Jacobian products of the DRRs, (N, 6): the sum over views and pixels of upstream times the derivative of the DRR with
         respect to a twist (rad, mm), as linearize has it. upstream: (N, V, rows, columns), or lists [pose][view] of (rows, columns);
         finite. Views need no images; masks and weights do not matter. For chains of derivatives of one's own."""
@@ -204,7 +206,7 @@ class Session:
 
 
 def drr(volume: Any, views: Any, poses: Any, backend: Union[str, Backend] = "auto", *, projector: Optional[str] = None,
-        step_mm: Optional[float] = None) -> np.ndarray:
+        step_mm: Optional[float] = None) -> Floats:
     """Simulated X-rays (line integrals): (N, V, H, W) float32 for poses (N, 4, 4) and V views of one size."""
     several = as_views(views, needs_images=False)
     sizes = {tuple(int(side) for side in view.size_px) for view in several}
@@ -234,7 +236,7 @@ def _html(self: Result) -> str:
     return html(self)
 
 
-Result.plot = _plot
-Result._repr_html_ = _html
-Volume.read = staticmethod(read_volume)
-Volume.from_image = staticmethod(volume_from_image)
+# The module in C++ gets what is easier said in Python; its stub declares these, too.
+for _owner, _name, _function in ((Result, "plot", _plot), (Result, "_repr_html_", _html), (Volume, "read", staticmethod(read_volume)),
+                                 (Volume, "from_image", staticmethod(volume_from_image))):
+    setattr(_owner, _name, _function)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import Error, Volume
 
 _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 
 
-def _from_affine(array: np.ndarray, affine: Any) -> Volume:
+def _from_affine(array: NDArray[Any], affine: Any) -> Volume:
     """array[x, y, z] and RAS affine, as nibabel and TorchIO have them. The columns must be at right angles: LPS, mm."""
     matrix = np.asarray(affine, dtype=float)
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
@@ -27,7 +28,7 @@ def _from_affine(array: np.ndarray, affine: Any) -> Volume:
     return Volume(np.transpose(array, (2, 1, 0)), spacing, _LPS_FROM_RAS @ matrix[:3, 3], axes / spacing)
 
 
-def _nibabel_array(image: Any) -> np.ndarray:
+def _nibabel_array(image: Any) -> NDArray[Any]:
     """What is in memory as it is; what is in a file, scaled, as floats, and not kept in the image."""
     stored = getattr(image, "dataobj", None)
     return stored if isinstance(stored, np.ndarray) else np.asarray(image.get_fdata(dtype=np.float32, caching="unchanged"))
@@ -49,7 +50,7 @@ def _from_itk(image: Any) -> Volume:
     return Volume(array, tuple(image.GetSpacing()), tuple(image.GetOrigin()), direction)
 
 
-def _from_datasets(datasets: list) -> Volume:
+def _from_datasets(datasets: list[Any]) -> Volume:
     """Slices as pydicom reads them, in any order: at right angles to their axes and evenly spaced."""
     across = np.array(datasets[0].ImageOrientationPatient, dtype=float).reshape(2, 3)
     normal = np.cross(across[0], across[1])

@@ -6,7 +6,7 @@ import os
 from numbers import Integral
 from typing import Any, Iterable, Iterator, Optional, Sequence, Union
 
-import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _native
 from ._native import Backend, TrackFrame
@@ -20,12 +20,13 @@ def as_backend(backend: Union[str, Backend]) -> Backend:
     return Backend(backend)
 
 
-def as_start(start: Optional[Any], volume: Any, views: Sequence[Any]) -> np.ndarray:
+def as_start(start: Optional[Any], volume: Any, views: Sequence[Any]) -> ArrayLike:
     if start is None:
         return _native.default_start(volume, list(views))
     if isinstance(start, (str, os.PathLike)):
         return _native.read_pose(os.fspath(start))
-    return start
+    pose: ArrayLike = start
+    return pose
 
 
 class Tracker(_native.Tracker):

@@ -8,11 +8,12 @@ import io
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 _EDGE_SHARE = 0.15  # of the steepest gradient: what counts as an edge
 
 
-def _edges(image: np.ndarray) -> np.ndarray:
+def _edges(image: Any) -> NDArray[Any]:
     """How steep the image is, in [0, 1], and nothing where it is flat."""
     down, right = np.gradient(np.asarray(image, dtype=float))
     steep = np.hypot(down, right)

@@ -6,24 +6,25 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from . import Error, move
 
 
-def _moved(twists: Any, poses: np.ndarray, session: Any) -> np.ndarray:
+def _moved(twists: Any, poses: NDArray[Any], session: Any) -> NDArray[Any]:
     if twists.shape != (len(poses), 6):
         raise Error(f"twists: must have the shape ({len(poses)}, 6) for {len(poses)} poses, has {tuple(twists.shape)}")
     return move(poses, twists.detach().cpu().double().numpy(), session.centre)
 
 
-def _poses(poses: Any) -> np.ndarray:
+def _poses(poses: Any) -> NDArray[Any]:
     matrices = np.asarray(poses.detach().cpu() if isinstance(poses, torch.Tensor) else poses, dtype=float)
     return matrices[None] if matrices.ndim == 2 else matrices
 
 
 class _Cost(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, twists: Any, poses: np.ndarray, session: Any) -> Any:
+    def forward(ctx: Any, twists: Any, poses: NDArray[Any], session: Any) -> Any:
         costs, gradients, _ = session.linearize(_moved(twists, poses, session))
         ctx.save_for_backward(torch.as_tensor(gradients, dtype=twists.dtype, device=twists.device))
         return torch.as_tensor(costs, dtype=twists.dtype, device=twists.device)
@@ -36,7 +37,7 @@ class _Cost(torch.autograd.Function):
 
 class _Drr(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, twists: Any, poses: np.ndarray, session: Any) -> Any:
+    def forward(ctx: Any, twists: Any, poses: NDArray[Any], session: Any) -> Any:
         ctx.at, ctx.session = _moved(twists, poses, session), session
         images = [np.stack([session.render(pose, view) for view in range(session.view_count)]) for pose in ctx.at]
         return torch.as_tensor(np.stack(images), dtype=twists.dtype, device=twists.device)
