@@ -4,6 +4,7 @@
 # docs/library.md, removes all of it; then runs the folder in a bare root without installing anything. Needs root, debootstrap,
 # Debian's mirror and 3 GB; where one is missing it says so and exits with 77, as skipped tests do.
 #   package.sh debian       only Debian's packages; package.sh folder: only the folder
+#   package.sh trixie       those of another release of Debian, built and tried in a root of it: DIR/trixie, which is kept
 #   RAYLIGN_BUILD=DIR       builds there instead of in build-packages
 #   RAYLIGN_BARE_ROOT=DIR   works there; DIR/bare.tar is the bare root, made where it is missing
 set -euo pipefail
@@ -27,19 +28,24 @@ must() { "$@" || { echo "package.sh: failed: $*" >&2; exit 1; }; }
 bytes() { numfmt --to=iec-i --suffix=B --format=%.1f "$(stat -c %s "$1")"; }
 in_root() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive bash -c "$1"; }
 
+# bare RELEASE ROOT: makes it of what every Debian has, or skips.
+bare() {
+    mkdir -p "$work"
+    debootstrap --variant=minbase "$1" "$2" "$mirror" >"$work/debootstrap.log" 2>&1 || {
+        tail -n 3 "$work/debootstrap.log" >&2
+        rm -rf --one-file-system "$2"
+        skip "debootstrap cannot make a root of $1 from $mirror"
+    }
+}
+
 # A fresh bare root: made once, kept as a tar.
 leave_root() { umount "$root/proc" 2>/dev/null || true; }
 trap leave_root EXIT
 fresh_root() {
     leave_root
     rm -rf --one-file-system "$root"
-    mkdir -p "$work"
     if [ ! -f "$work/bare.tar" ]; then
-        debootstrap --variant=minbase "$release" "$root" "$mirror" >"$work/debootstrap.log" 2>&1 || {
-            tail -n 3 "$work/debootstrap.log" >&2
-            rm -rf --one-file-system "$root"
-            skip "debootstrap cannot make a root of $release from $mirror"
-        }
+        bare "$release" "$root"
         tar -C "$root" --one-file-system -cf "$work/bare.tar.part" . && mv "$work/bare.tar.part" "$work/bare.tar"
     else
         mkdir -p "$root" && tar -C "$root" -xpf "$work/bare.tar"
@@ -134,8 +140,24 @@ folder() {
     check_error "$(register_phantom '"/any where/bin/raylign"')"
 }
 
+# Another release's packages can be built on that release only: there this script runs once more, with these sources.
+elsewhere() {
+    local there=$work/$1
+    [ -d "$there" ] || { say "a root of $1, to build in"; bare "$1" "$there.part"; mv "$there.part" "$there"; }
+    mkdir -p "$there/raylign" "$there/raylign-build"
+    # In a mount namespace of its own, which ends with it.
+    must unshare -m bash -c 'mount --bind "$1" "$0/raylign" && mount -t proc proc "$0/proc" && exec chroot "$0" /usr/bin/env -i \
+        PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 RAYLIGN_BUILD=/raylign-build RAYLIGN_DEBIAN_MIRROR="$2" \
+        bash /raylign/tests/package/package.sh debian' "$there" "$project" "$mirror"
+}
+
 [ $# -gt 0 ] || set -- debian folder
-for part in "$@"; do "$part"; done
+for part in "$@"; do
+    case $part in
+        debian | folder) "$part" ;;
+        *) elsewhere "$part" ;;
+    esac
+done
 leave_root
 rm -rf --one-file-system "$root"
 say "all is well"
