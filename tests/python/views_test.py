@@ -51,8 +51,43 @@ def test_counts_become_line_integrals():
         raylign.line_integral(counts, kind="counts")
 
 
+@pytest.mark.parametrize("changed, says", [
+    ({"size_px": (0, 64)}, r"size_px = \(0, 64\) in view AP: must be whole numbers in \[1, 65536\]"),
+    ({"size_px": (1 << 30, 1 << 30)}, "size_px"), ({"size_px": (63.5, 64)}, "size_px"), ({"size_px": (np.nan, 64)}, "size_px"),
+    ({"size_px": (64,)}, r"view AP: size_px: must have the shape \(2,\), has \(1,\)"),
+    ({"sad_mm": -1}, "sad_mm = -1.0+ in view AP: must be positive"), ({"sdd_mm": np.inf}, "sdd_mm = inf"),
+    ({"sdd_mm": 500}, "sdd_mm = 500.0+ in view AP: must be at least sad_mm = 1000"),
+    ({"pixel_pitch_mm": (1, 0)}, "pixel_pitch_mm = 0.0+ in view AP: must be positive"), ({"pixel_pitch_mm": 1}, "pixel_pitch_mm: must have the shape"),
+    ({"primary_deg": np.inf}, r"primary_deg = inf in view AP: must be in \[-360, 360\]"), ({"secondary_deg": np.nan}, "secondary_deg"),
+    ({"principal_point_px": (1, 2, 3)}, r"principal_point_px: must have the shape \(2,\), has \(3,\)"),
+])
+def test_cameras_are_checked_as_those_of_files(changed, says):
+    right = dict(sad_mm=1000, sdd_mm=1500, size_px=(64, 64), pixel_pitch_mm=(1, 1))
+    with pytest.raises(raylign.Error, match=says):
+        raylign.View.c_arm("AP", **{**right, **changed})
+
+
+def test_matrices_of_another_shape_are_refused():
+    camera = c_arm("AP", 0)
+    with pytest.raises(raylign.Error, match=r"matrix: must have the shape \(3, 4\), has \(3, 3\)"):
+        raylign.View.projection("AP", np.eye(3), (64, 64))
+    with pytest.raises(raylign.Error, match=r"intrinsics: must have the shape \(3, 3\), has \(4, 4\)"):
+        raylign.View("AP", np.eye(4), camera.camera_from_world, (64, 64))
+
+
+@pytest.mark.parametrize("views", [None, 5])
+def test_no_views_at_all_is_a_type_error(spine, views):
+    with pytest.raises(TypeError, match="views: must be raylign.View or paths, is a (NoneType|int)"):
+        raylign.register(spine.volume, views)
+
+
+def test_without_a_start_and_without_views(spine):
+    with pytest.raises(raylign.Error, match="views: at least one is needed"):
+        raylign.register(spine.volume, [])
+
+
 @pytest.mark.parametrize("views, says", [
-    ([], "views"),
+    ([], "views: at least one is needed"),
     ([c_arm("AP", 0)], "every view needs an image"),
 ])
 def test_views_that_cannot_be_registered_are_named(spine, views, says):

@@ -1,7 +1,9 @@
 #include "apps/python/native/convert.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <memory>
+#include <span>
 
 #include "raylign/error.h"
 
@@ -50,6 +52,17 @@ py::array_t<double> numbers(const py::object& object, const std::string& what) {
 py::array_t<float> floats(const py::object& object, const std::string& what) { return in_c_order<float>(object, what); }
 
 std::string shape_text(const py::array& array) { return py::str(array.attr("shape")).cast<std::string>(); }
+
+std::vector<double> numbers_of_shape(const py::object& object, const std::string& what,
+                                     const std::vector<py::ssize_t>& shape) {
+    const py::array_t<double> array = numbers(object, what);
+    if (!std::ranges::equal(std::span(array.shape(), static_cast<std::size_t>(array.ndim())), shape)) {
+        const py::tuple wanted(py::cast(shape));
+        throw Error(what + ": must have the shape " + py::repr(wanted).cast<std::string>() + ", has " +
+                    shape_text(array));
+    }
+    return {array.data(), array.data() + array.size()};
+}
 
 RigidTransform pose_from(const py::object& object, const std::string& what) {
     const py::array_t<double> array = numbers(object, what);

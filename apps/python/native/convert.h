@@ -27,6 +27,19 @@ namespace py = pybind11;
 /// "(256, 256)": for messages.
 [[nodiscard]] std::string shape_text(const py::array& array);
 
+/// The numbers of an array of this shape, row by row. Throws Error for another.
+[[nodiscard]] std::vector<double> numbers_of_shape(const py::object& object, const std::string& what,
+                                                   const std::vector<py::ssize_t>& shape);
+template <int kSize>
+[[nodiscard]] Eigen::Matrix<double, kSize, 1> vector_from(const py::object& object, const std::string& what) {
+    return Eigen::Matrix<double, kSize, 1>(numbers_of_shape(object, what, {kSize}).data());
+}
+template <int kRows, int kColumns>
+[[nodiscard]] Eigen::Matrix<double, kRows, kColumns> matrix_from(const py::object& object, const std::string& what) {
+    using RowByRow = Eigen::Matrix<double, kRows, kColumns, Eigen::RowMajor>;
+    return Eigen::Map<const RowByRow>(numbers_of_shape(object, what, {kRows, kColumns}).data());
+}
+
 /// A 4 x 4 matrix. Throws Error for another shape and a matrix that is not rigid.
 [[nodiscard]] RigidTransform pose_from(const py::object& object, const std::string& what);
 /// One or several: (4, 4) or (N, 4, 4).

@@ -88,7 +88,8 @@ py::array_t<double> evaluate(SharedSession& self, const py::object& poses) {
     return costs;
 }
 
-py::tuple linearize(SharedSession& self, const py::object& poses, const Eigen::Vector3d& centre_ct_mm) {
+py::tuple linearize(SharedSession& self, const py::object& poses, const py::object& centre) {
+    const auto centre_ct_mm = vector_from<3>(centre, "centre_ct_mm");
     const std::vector<RigidTransform> world_from_ct = poses_from(poses, "poses");
     std::vector<Linearization> made(world_from_ct.size());
     {
@@ -177,7 +178,8 @@ Twist drr_gradient(Session& session, const RigidTransform& world_from_ct, const 
 }
 
 py::array_t<double> drr_gradients(SharedSession& self, const py::object& poses, const py::object& upstream,
-                                  const Eigen::Vector3d& centre_ct_mm) {
+                                  const py::object& centre) {
+    const auto centre_ct_mm = vector_from<3>(centre, "centre_ct_mm");
     const std::vector<RigidTransform> world_from_ct = poses_from(poses, "poses");
     const auto images = upstream_from(upstream, world_from_ct.size(), self.cameras());
     py::array_t<double> gradients({std::ssize(world_from_ct), py::ssize_t{6}});
@@ -198,7 +200,8 @@ auto locked(Read read) {
 }
 
 /// Poses moved by twists about where each puts the centre: what linearize's derivatives are with respect to.
-py::array_t<double> move(const py::object& poses, const py::object& twists, const Eigen::Vector3d& centre_ct_mm) {
+py::array_t<double> move(const py::object& poses, const py::object& twists, const py::object& centre) {
+    const auto centre_ct_mm = vector_from<3>(centre, "centre_ct_mm");
     const std::vector<RigidTransform> from = poses_from(poses, "poses");
     const py::array_t<double> by = numbers(twists, "twists");
     const bool is_list = by.ndim() == 1 || by.ndim() == 2;

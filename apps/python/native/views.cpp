@@ -27,6 +27,34 @@ Image optional_image(const py::object& object, const std::string& what) {
     return object.is_none() ? Image() : image_from(object, what);
 }
 
+Eigen::Vector2i size_from(const py::object& size_px, const std::string& view) {
+    constexpr double kLargest = 65536;  // per side, as in files; more is a slip of the pen
+    const auto size = vector_from<2>(size_px, "view " + view + ": size_px");
+    for (int axis = 0; axis < 2; ++axis) {
+        if (!(size[axis] >= 1 && size[axis] <= kLargest && size[axis] == std::floor(size[axis])))
+            throw Error("size_px = " + py::str(size_px).cast<std::string>() + " in view " + view +
+                        ": must be whole numbers in [1, 65536], columns and rows");
+    }
+    return size.cast<int>();
+}
+
+/// As files of views are checked.
+void check_c_arm(const CArm& c_arm, const std::string& view) {
+    const auto must = [&view](bool is_right, const char* what, double value, const std::string& allowed) {
+        if (!is_right) {
+            throw Error(what + (" = " + std::to_string(value)) + " in view " + view + ": must be " + allowed);
+        }
+    };
+    const auto is_positive = [](double value) { return value > 0 && std::isfinite(value); };
+    must(is_positive(c_arm.sad_mm), "sad_mm", c_arm.sad_mm, "positive");
+    must(is_positive(c_arm.sdd_mm), "sdd_mm", c_arm.sdd_mm, "positive");
+    must(c_arm.sdd_mm >= c_arm.sad_mm, "sdd_mm", c_arm.sdd_mm, "at least sad_mm = " + std::to_string(c_arm.sad_mm));
+    for (int axis = 0; axis < 2; ++axis)
+        must(is_positive(c_arm.pixel_pitch_mm[axis]), "pixel_pitch_mm", c_arm.pixel_pitch_mm[axis], "positive");
+    must(std::abs(c_arm.primary_angle_deg) <= 360, "primary_deg", c_arm.primary_angle_deg, "in [-360, 360]");
+    must(std::abs(c_arm.secondary_angle_deg) <= 360, "secondary_deg", c_arm.secondary_angle_deg, "in [-360, 360]");
+}
+
 View view_of(std::string name, const ViewGeometry& geometry, const py::object& image, const py::object& weights,
              double cost_weight) {
     View view{std::move(name), geometry, optional_image(image, "image"), optional_image(weights, "weights"),
@@ -36,31 +64,35 @@ View view_of(std::string name, const ViewGeometry& geometry, const py::object& i
     return view;
 }
 
-View from_camera(std::string name, const Eigen::Matrix3d& intrinsics_px, const py::object& camera_from_world,
-                 const Eigen::Vector2i& size_px, std::optional<double> sdd_mm, const py::object& image,
+View from_camera(std::string name, const py::object& intrinsics_px, const py::object& camera_from_world,
+                 const py::object& size_px, std::optional<double> sdd_mm, const py::object& image,
                  const py::object& weights, double cost_weight) {
-    const ViewGeometry geometry{{size_px, intrinsics_px, sdd_mm}, pose_from(camera_from_world, "camera_from_world")};
+    const ViewGeometry geometry{{size_from(size_px, name), matrix_from<3, 3>(intrinsics_px, "intrinsics"), sdd_mm},
+                                pose_from(camera_from_world, "camera_from_world")};
     return view_of(std::move(name), geometry, image, weights, cost_weight);
 }
 
-View from_projection(std::string name, const Eigen::Matrix<double, 3, 4>& matrix, const Eigen::Vector2i& size_px,
-                     const py::object& image, const py::object& weights, double cost_weight) {
-    const ViewGeometry geometry = view_from_projection_matrix(matrix, size_px, "projection of view " + name);
+View from_projection(std::string name, const py::object& matrix, const py::object& size_px, const py::object& image,
+                     const py::object& weights, double cost_weight) {
+    const ViewGeometry geometry = view_from_projection_matrix(matrix_from<3, 4>(matrix, "matrix"),
+                                                              size_from(size_px, name), "projection of view " + name);
     return view_of(std::move(name), geometry, image, weights, cost_weight);
 }
 
-View from_c_arm(std::string name, double sad_mm, double sdd_mm, const Eigen::Vector2i& size_px,
-                const Eigen::Vector2d& pixel_pitch_mm, double primary_deg, double secondary_deg,
-                const std::optional<Eigen::Vector2d>& principal_point_px, const py::object& image,
-                const py::object& weights, double cost_weight) {
-    const ViewGeometry geometry = view_from_c_arm({.sad_mm = sad_mm,
-                                                   .sdd_mm = sdd_mm,
-                                                   .primary_angle_deg = primary_deg,
-                                                   .secondary_angle_deg = secondary_deg,
-                                                   .pixel_pitch_mm = pixel_pitch_mm,
-                                                   .size_px = size_px,
-                                                   .principal_point_px = principal_point_px});
-    return view_of(std::move(name), geometry, image, weights, cost_weight);
+View from_c_arm(std::string name, double sad_mm, double sdd_mm, const py::object& size_px,
+                const py::object& pixel_pitch_mm, double primary_deg, double secondary_deg,
+                const py::object& principal_point_px, const py::object& image, const py::object& weights,
+                double cost_weight) {
+    CArm c_arm{.sad_mm = sad_mm,
+               .sdd_mm = sdd_mm,
+               .primary_angle_deg = primary_deg,
+               .secondary_angle_deg = secondary_deg,
+               .pixel_pitch_mm = vector_from<2>(pixel_pitch_mm, "pixel_pitch_mm"),
+               .size_px = size_from(size_px, name)};
+    if (!principal_point_px.is_none())
+        c_arm.principal_point_px = vector_from<2>(principal_point_px, "principal_point_px");
+    check_c_arm(c_arm, name);
+    return view_of(std::move(name), view_from_c_arm(c_arm), image, weights, cost_weight);
 }
 
 py::array_t<double> projected(const View& view, const py::object& points) {

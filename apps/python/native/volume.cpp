@@ -45,14 +45,15 @@ void check_finite(const float* values, std::size_t slice, const VoxelGrid& grid)
     }
 }
 
-std::shared_ptr<Volume> volume_from(const py::object& object, const Eigen::Vector3d& spacing_mm,
-                                    const Eigen::Vector3d& origin_mm, const Eigen::Matrix3d& direction,
-                                    const std::string& unit, const std::string& hu_preset_name) {
+std::shared_ptr<Volume> volume_from(const py::object& object, const py::object& spacing, const py::object& origin,
+                                    const py::object& direction, const std::string& unit,
+                                    const std::string& hu_preset_name) {
     if (unit != "HU" && unit != "1/mm") throw Error("unit = " + unit + ": must be HU or 1/mm");
     const HuPreset& preset = hu_preset_name.empty() ? hu_presets().front() : hu_preset(hu_preset_name);
     const py::array array = real_array(object, "array");
     auto volume = std::make_shared<Volume>();
-    volume->grid = grid_of(array, spacing_mm, origin_mm, direction);
+    volume->grid = grid_of(array, vector_from<3>(spacing, "spacing"), vector_from<3>(origin, "origin"),
+                           matrix_from<3, 3>(direction, "direction"));
     std::vector<float>& voxels = volume->attenuation_per_mm;
     voxels.reserve(static_cast<std::size_t>(array.size()));
     for (py::ssize_t k = 0; k < array.shape(0); ++k) {  // slice by slice: of other types no second volume is made

@@ -104,6 +104,8 @@ def as_views(views: Any, *, needs_images: bool = True) -> list[View]:
         return [views]
     if isinstance(views, (str, os.PathLike)):
         return read_views(views, needs_images=needs_images)
+    if not isinstance(views, Iterable):
+        raise TypeError(f"views: must be raylign.View or paths, is a {type(views).__name__}")
     several = list(views)
     if several and all(isinstance(view, (str, os.PathLike)) for view in several):
         return read_views(several, needs_images=needs_images)
@@ -132,6 +134,8 @@ def register(volume: Any, views: Any, start: Optional[Any] = None, method: str =
     The result's `ok` is the verdict; `reasons` say why not. The interpreter's lock is released while it works.
     """
     ct, xrays = as_volume(volume), as_views(views)
+    if not xrays:
+        raise Error("views: at least one is needed")
     options = dict(method=method, metric=metric, sigma_px=sigma_px, levels=levels, content=content, search=search, range_mm=range_mm,
                    range_deg=range_deg, starts=starts, seed=seed, robust=robust, look_around=look_around,
                    suspect_mirrored=suspect_mirrored, compare_views=compare_views, refine_views=refine_views,
