@@ -1,6 +1,7 @@
 """The spine phantom: a volume of 64^3 voxels and two X-rays of 96^2 pixels, taken of the phantom itself."""
 
 import os
+import signal
 import sys
 import types
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 import raylign
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "apps/python/examples"))
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells have what runs in the background ignore Ctrl-C
 
 
 def c_arm(name, primary_deg, side_px=96):
