@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <sstream>
 
 #include "apps/generate/texts.h"
@@ -19,6 +20,11 @@ std::string choices_of(const OptionRow& row) {
     std::string list;
     for (const std::string& choice : row.choices) list += (list.empty() ? "" : " ") + choice;
     return fish_quoted(list);
+}
+
+/// fish offers files beside the choices, unless told that there are none.
+bool takes_files(const CommandTable& command) {
+    return std::ranges::any_of(command.positionals, [](const OptionRow& row) { return row.kind != ValueKind::choice; });
 }
 
 void write_fish_option(std::ostream& out, const OptionRow& row, const std::string& condition) {
@@ -47,9 +53,9 @@ GeneratedFile fish_completion(const ProgramTable& table) {
         const std::string here = "'__fish_seen_subcommand_from " + command.name + "'";
         for (const OptionRow& row : all_options(command)) write_fish_option(out, row, here);
         for (const OptionRow& row : command.positionals) {
-            if (row.kind == ValueKind::choice) {
-                out << "complete -c raylign -n " << here << " -a " << choices_of(row) << "\n";
-            }
+            if (row.kind != ValueKind::choice) continue;
+            out << "complete -c raylign -n " << here << (takes_files(command) ? " -a " : " -fa ") << choices_of(row)
+                << "\n";
         }
     }
     return {"raylign.fish", out.str()};

@@ -103,6 +103,12 @@ TEST(Generate, EveryOptionOfTheHelpIsCompletedInZshAndFish) {
     }
 }
 
+TEST(Generate, FishOffersFilesBesideWordsOnlyWhereACommandTakesThem) {
+    const std::string fish = generated("fish", "raylign.fish");
+    EXPECT_THAT(fish, HasSubstr("'__fish_seen_subcommand_from help' -fa 'start "));
+    EXPECT_THAT(fish, HasSubstr("'__fish_seen_subcommand_from import' -a 'deepfluoro "));
+}
+
 /// What bash offers for a command line whose last word is being typed.
 std::string offered(const std::vector<std::string>& words) {
     TestFolder folder;
