@@ -101,6 +101,20 @@ def test_images_of_simpleitk_of_every_type_of_pixels(kind, monkeypatch):
         raylign.Volume.from_image(itk_image(array[..., None], direction))
 
 
+def test_images_of_itk_by_a_stand_in(monkeypatch):
+    """ITK's own Python says GetImageDimension, and its direction is an itk.Matrix."""
+    direction = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    matrix = types.SimpleNamespace(GetVnlMatrix=None, values=direction)
+    monkeypatch.setitem(sys.modules, "itk", types.SimpleNamespace(GetArrayViewFromImage=lambda image: image.array,
+                                                                  GetArrayFromMatrix=lambda matrix: matrix.values))
+    image = itk_image(HU, direction, GetDirection=lambda: matrix, GetImageDimension=lambda: 3)
+    del image.GetDimension
+    volume = raylign.Volume.from_image(image)
+    assert np.array_equal(volume.attenuation, raylign.Volume(HU, (1, 1, 1)).attenuation)
+    np.testing.assert_allclose(volume.direction, direction)
+    np.testing.assert_allclose(volume.origin, (1, 2, 3))
+
+
 @pytest.mark.parametrize("pixels", ["sitkUInt8", "sitkInt8", "sitkUInt16", "sitkInt16", "sitkUInt32", "sitkInt32", "sitkUInt64", "sitkInt64",
                                     "sitkFloat32", "sitkFloat64"])
 def test_simpleitk_itself(pixels):
