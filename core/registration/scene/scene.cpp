@@ -45,6 +45,48 @@ void check_scene_options(std::span<const SceneObject> objects, const Registratio
     }
 }
 
+std::string joint_name(std::span<const SceneObject> objects, const JointLimit& limit) {
+    return "joint of " + objects[limit.first].name + " and " + objects[limit.second].name;
+}
+
+void check_limits(std::span<const SceneObject> objects, std::span<const JointLimit> limits) {
+    for (std::size_t j = 0; j < limits.size(); ++j) {
+        const JointLimit& limit = limits[j];
+        if (limit.first >= objects.size() || limit.second >= objects.size()) throw Error("joint: no such object");
+        const std::string name = joint_name(objects, limit);
+        if (limit.first == limit.second) throw Error(name + ": needs two objects");
+        if (!(limit.apart_mm > 0 && limit.apart_mm <= 100)) {
+            throw bad_value(name, number_text(limit.apart_mm) + " mm", "in (0, 100] mm");
+        }
+        if (!(limit.turned_deg > 0 && limit.turned_deg <= 90)) {
+            throw bad_value(name, number_text(limit.turned_deg) + " degrees", "in (0, 90] degrees");
+        }
+        if (objects[limit.first].mobility == Mobility::stays && objects[limit.second].mobility == Mobility::stays) {
+            throw Error(name + ": neither moves");
+        }
+        for (std::size_t i = 0; i < j; ++i) {
+            const bool is_same =
+                std::minmax(limits[i].first, limits[i].second) == std::minmax(limit.first, limit.second);
+            if (is_same) throw Error(name + ": has two limits");
+        }
+    }
+}
+
+/// The limits as priors; where the starts are far beyond one, a decision says so.
+void set_joints(SceneDescent& scene, std::span<const std::string> names, std::span<const JointLimit> limits,
+                std::vector<std::string>& decisions) {
+    for (const JointLimit& limit : limits) {
+        const JointPrior& joint = scene.joints.emplace_back(
+            make_joint_prior(limit, scene.volumes[limit.first].sample(), scene.volumes[limit.second].sample(), names));
+        const JointMotion motion =
+            joint_motion(joint, scene.starts_world_from_ct[limit.first], scene.starts_world_from_ct[limit.second]);
+        if (motion.shift_mm.norm() <= limit.apart_mm) continue;
+        decisions.push_back("joint of " + names[limit.first] + " and " + names[limit.second] +
+                            ": the starts part them by " + fixed(motion.shift_mm.norm(), 1) + " mm, its limit is " +
+                            fixed(limit.apart_mm, 1));
+    }
+}
+
 /// How one object is registered alone: around where all together ended, or around its start.
 RegistrationOptions alone(const RegistrationOptions& options, Around around) {
     RegistrationOptions one = options;
@@ -171,9 +213,11 @@ void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> ob
 }  // namespace
 
 SceneResult register_scene(std::span<const SceneObject> objects, std::span<const View> views,
-                           const RegistrationOptions& options, Backend& backend, const RunControl& control) {
+                           const RegistrationOptions& options, Backend& backend, const RunControl& control,
+                           std::span<const JointLimit> limits) {
     const auto begin = std::chrono::steady_clock::now();
     check_scene_options(objects, options, backend);
+    check_limits(objects, limits);
     check_views(views);
     SceneDescent scene(views, options, control);
     for (std::size_t k = 0; k < objects.size(); ++k) {
@@ -185,6 +229,9 @@ SceneResult register_scene(std::span<const SceneObject> objects, std::span<const
     if (scene.guides.empty()) scene.guides = scene.moving;
     scene.world_from_ct = scene.starts_world_from_ct;
     SceneResult result;
+    std::vector<std::string> names;
+    for (const SceneObject& object : objects) names.push_back(object.name);
+    set_joints(scene, names, limits, result.decisions);
     descend_together(scene);
     result.together_s = seconds_since(begin);
     judge_all(scene, objects, result);
@@ -194,6 +241,8 @@ SceneResult register_scene(std::span<const SceneObject> objects, std::span<const
         finish_together(scene);
         judge_all(scene, objects, result);
     }
+    if (!scene.stopped_by) result.joints = settle_joints(scene, names, result.objects);
+    result.joints.resize(limits.size());
     doubt_other_places(scene, objects, result);
     doubt_far_places(scene, objects, result);
     result.together = scene.world_from_ct;

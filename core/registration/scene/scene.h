@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/registration/scene/joint_update.h"
 #include "raylign/registration.h"
 
 namespace raylign::detail {
@@ -31,6 +32,7 @@ struct SceneResult {
     std::vector<RigidTransform> together;     ///< per object: where all together ended
     double cost_initial = 0, cost_final = 0;  ///< of all together on the finest level, its weights at the end
     int iterations = 0;                       ///< of all together
+    std::vector<JointOutcome> joints;         ///< one per limit
     std::vector<std::string> decisions;
     double together_s = 0;  ///< wall time of moving all together
     double total_s = 0;     ///< wall time of all
@@ -43,10 +45,12 @@ struct SceneResult {
 /// fits best): expected error and verdict are those of a part. One that is doubtful then is sought for around its start
 /// against that remainder; where the scene explains the X-rays better with what was found, all are moved together once
 /// more. An object that cannot be judged (no view shows it) is doubtful and says why; the others go on.
+/// `limits`: joints, which take part in every step (joints.h) and in the poses and expected errors (joint_update.h).
 /// Throws Error for no objects that move, names that stand twice, bad volumes and views, a method other than
-/// gauss-newton, options.refine_views, and options out of range.
+/// gauss-newton, options.refine_views, options out of range, and limits that contradict each other: one object at both
+/// ends, or two that stay, two limits of the same objects, and objects that are no neighbours.
 [[nodiscard]] SceneResult register_scene(std::span<const SceneObject> objects, std::span<const View> views,
                                          const RegistrationOptions& options, Backend& backend,
-                                         const RunControl& control = {});
+                                         const RunControl& control = {}, std::span<const JointLimit> limits = {});
 
 }  // namespace raylign::detail

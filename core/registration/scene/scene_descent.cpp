@@ -82,6 +82,39 @@ bool is_over(SceneDescent& scene) {
     return scene.stopped_by.has_value();
 }
 
+/// The scene with the joints' limits, which count as much as the X-rays, as they are explained at the start of this
+/// level, leave room for.
+class JointScene {
+public:
+    JointScene(const SceneDescent& scene, SceneLevel& level)
+        : scene_(scene), level_(level), noise_(scene.joints.empty() ? 0 : cost_noise(level)) {}
+
+    [[nodiscard]] LocalModel model(const SceneCast& cast) {
+        LocalModel model = scene_model(level_, cast);
+        if (!scene_.joints.empty()) add_joints(scene_.joints, cast.world_from_ct, ends(cast), noise_, model);
+        return model;
+    }
+    /// What the limits have of a model's cost.
+    [[nodiscard]] double share(std::span<const RigidTransform> world_from_ct) const {
+        return noise_ * joint_cost(scene_.joints, world_from_ct);
+    }
+
+private:
+    [[nodiscard]] std::vector<JointEnd> ends(const SceneCast& cast) const {
+        std::vector<JointEnd> ends(cast.world_from_ct.size());
+        for (std::size_t i = 0; i < cast.moving.size(); ++i) {
+            const std::size_t k = cast.moving[i];
+            const ObjectExtent& extent = scene_.volumes[k].extent();
+            ends[k] = {static_cast<Eigen::Index>(6 * i), cast.world_from_ct[k] * extent.centre_ct_mm, extent.radius_mm};
+        }
+        return ends;
+    }
+
+    const SceneDescent& scene_;
+    SceneLevel& level_;
+    double noise_;
+};
+
 /// Moves the poses on this level until the cost no longer falls.
 void optimize(SceneDescent& scene, SceneLevel& level, bool is_finest) {
     const double pixel_mm = level.pixel_at_object_mm;
@@ -91,7 +124,8 @@ void optimize(SceneDescent& scene, SceneLevel& level, bool is_finest) {
         .decrease_tolerance = is_finest ? kLeastDecrease_finest : kLeastDecrease_coarse,
         .max_iterations = scene.options.max_iterations_per_level};
     SceneCast cast{scene.world_from_ct, scene.moving};
-    LevenbergMarquardtSearch search(scene_model(level, cast), options);
+    JointScene jointed(scene, level);
+    LevenbergMarquardtSearch search(jointed.model(cast), options);
     while (!search.done() && !is_over(scene)) {
         SceneCast trial = cast;
         for (std::size_t i = 0; i < cast.moving.size(); ++i) {
@@ -99,11 +133,11 @@ void optimize(SceneDescent& scene, SceneLevel& level, bool is_finest) {
             const Eigen::VectorXd own = search.step().segment<6>(static_cast<Eigen::Index>(6 * i));
             trial.world_from_ct[k] = make_pose_space(cast.world_from_ct[k], scene.volumes[k].extent()).pose(own);
         }
-        if (search.take(scene_model(level, trial))) cast = trial;
+        if (search.take(jointed.model(trial))) cast = trial;
     }
     scene.iterations += search.result().iterations;
     scene.world_from_ct = cast.world_from_ct;
-    scene.cost_final = search.result().model.cost;
+    scene.cost_final = search.result().model.cost - jointed.share(cast.world_from_ct);
     for (std::size_t k = 0; k < scene.volumes.size(); ++k) level.objects[k].show(scene.world_from_ct[k]);
 }
 
@@ -173,9 +207,10 @@ void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene).b
 bool try_pose(SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
     SceneLevel level = make_level(scene, plan_scene(scene).back(), fine(scene.options.similarity.filter));
     std::vector<RigidTransform> poses = scene.world_from_ct;
-    const double before = scene_cost(level, poses);
+    const JointScene jointed(scene, level);
+    const double before = scene_cost(level, poses) + jointed.share(poses);
     poses[k] = world_from_ct;
-    if (!(scene_cost(level, poses) < before)) return false;
+    if (!(scene_cost(level, poses) + jointed.share(poses) < before)) return false;
     scene.world_from_ct = poses;
     return true;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/registration/object/resident_volume.h"
+#include "core/registration/scene/joints.h"
 #include "core/registration/scene/scene_level.h"
 #include "raylign/registration.h"
 
@@ -23,7 +24,8 @@ struct SceneDescent {
     const RunControl& control;
     std::deque<ResidentVolume> volumes;                               ///< per object
     std::vector<RigidTransform> starts_world_from_ct, world_from_ct;  ///< per object; the second: the best so far
-    std::vector<std::size_t> moving, guides;    ///< those that move; those of them that say how coarse to begin
+    std::vector<std::size_t> moving, guides;  ///< those that move; those of them that say how coarse to begin
+    std::vector<JointPrior> joints;
     std::vector<std::vector<Image>> full_drrs;  ///< per object and view at these poses, of the views as given
     std::vector<double> gains;                  ///< per view, of the sum of them
     double cost_initial = 0, cost_final = 0;    ///< on the finest level

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/image/gradient_filter.h"
 #include "core/image/smooth.h"
@@ -168,8 +169,8 @@ std::vector<Image> sum_of_footprints(const SceneLevel& level, std::size_t view) 
     return sum;
 }
 
-double scene_cost(SceneLevel& level, std::span<const RigidTransform> world_from_ct) {
-    for (std::size_t k = 0; k < level.objects.size(); ++k) level.objects[k].show(world_from_ct[k]);
+/// Cost of the footprints as shown.
+double shown_cost(const SceneLevel& level) {
     const std::vector<double> shares = view_shares(level);
     double cost = 0;
     for (std::size_t v = 0; v < level.views.size(); ++v) {
@@ -181,6 +182,21 @@ double scene_cost(SceneLevel& level, std::span<const RigidTransform> world_from_
         cost += shares[v] * view_cost(sums);
     }
     return cost;
+}
+
+double scene_cost(SceneLevel& level, std::span<const RigidTransform> world_from_ct) {
+    for (std::size_t k = 0; k < level.objects.size(); ++k) level.objects[k].show(world_from_ct[k]);
+    return shown_cost(level);
+}
+
+double cost_noise(const SceneLevel& level) {
+    const GradientFilter& filter = level.similarity.filter;
+    const double of_one_px = 4 * std::numbers::pi * std::max(0.25, filter.sigma_px * filter.sigma_px);
+    double values = 0;
+    for (const FixedChannels& fixed : level.fixed) {
+        values += static_cast<double>(fixed.channels.size()) * static_cast<double>(usable(fixed.weights)) / of_one_px;
+    }
+    return 2 * shown_cost(level) / std::max(values, 1.0);
 }
 
 LocalModel scene_model(SceneLevel& level, const SceneCast& cast) {

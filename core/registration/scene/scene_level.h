@@ -47,6 +47,11 @@ void weigh_scene(SceneLevel& level, double margin_mm);
 /// Renews robust weights from what nobody explains at the poses shown.
 void reweigh_scene(SceneLevel& level);
 
+/// What a cost is to be divided by to be minus the logarithm of a likelihood, were what nobody explains at the poses
+/// shown noise: 2 cost / n, n the independent values of all views and channels, one per 4 pi sigma^2 pixels of the
+/// filter.
+[[nodiscard]] double cost_noise(const SceneLevel& level);
+
 /// Gain per view by which the sum of all objects at the poses shown fits the X-ray best, channels and weights as in
 /// use; 0 where the sum is constant or opposes the X-ray.
 [[nodiscard]] std::vector<double> scene_gains(const SceneLevel& level);

@@ -152,6 +152,18 @@ void doubt_rivals(const RegistrationResult& result, std::vector<std::string>& re
     }
 }
 
+void doubt_expected_error(const RegistrationResult& result, std::vector<std::string>& reasons) {
+    const Confidence& confidence = result.confidence;
+    const bool one_view = confidence.in_depth_mm > 0;
+    const double error_mm = one_view ? confidence.in_plane_mm : confidence.rim_mm;
+    const double voxel_mm = result.levels.empty() ? 0 : result.levels.back().spacing_mm.maxCoeff();
+    if (error_mm <= std::max(kLargestRim_mm, kLargestRim_voxels * voxel_mm)) return;
+    reasons.push_back(std::string(kUnsure) + "expected error " + fixed(error_mm, 1) + " mm" +
+                      (one_view ? " in plane" : ""));
+}
+
+bool is_unsure(const std::string& reason) { return reason.starts_with(kUnsure); }
+
 }  // namespace
 
 bool is_weakly_explained(const RegistrationResult& result, std::size_t view) {
@@ -181,15 +193,13 @@ std::vector<std::string> doubts(const RegistrationResult& result, std::span<cons
     const bool is_unknown = !result.confidence.is_estimated && !result.confidence.is_withheld;
     if (result.method == Method::gauss_newton && std::isfinite(result.cost_initial) && is_unknown)
         reasons.push_back("the expected error could not be estimated: few pixels hold all that was compared");
-    const Confidence& confidence = result.confidence;
-    const bool one_view = confidence.in_depth_mm > 0;
-    const double error_mm = one_view ? confidence.in_plane_mm : confidence.rim_mm;
-    const double voxel_mm = result.levels.empty() ? 0 : result.levels.back().spacing_mm.maxCoeff();
-    if (!(error_mm <= std::max(kLargestRim_mm, kLargestRim_voxels * voxel_mm))) {
-        reasons.push_back(std::string(kUnsure) + "expected error " + fixed(error_mm, 1) + " mm" +
-                          (one_view ? " in plane" : ""));
-    }
+    doubt_expected_error(result, reasons);
     return reasons;
+}
+
+void doubt_expected_error_anew(RegistrationResult& result) {
+    std::erase_if(result.reasons, is_unsure);
+    doubt_expected_error(result, result.reasons);
 }
 
 void doubt_beyond_the_cut(const RegistrationResult& result, std::vector<std::string>& reasons) {
@@ -199,7 +209,6 @@ void doubt_beyond_the_cut(const RegistrationResult& result, std::vector<std::str
 }
 
 void withhold_where_doubted(RegistrationResult& result) {
-    const auto is_unsure = [](const std::string& reason) { return reason.starts_with(kUnsure); };
     if (result.ok || !result.confidence.is_estimated || std::ranges::all_of(result.reasons, is_unsure)) return;
     result.confidence = {};
     result.confidence.is_withheld = true;

@@ -25,6 +25,9 @@ namespace raylign::detail {
 /// results that leave out what is hidden.
 void doubt_beyond_the_cut(const RegistrationResult& result, std::vector<std::string>& reasons);
 
+/// Says anew whether the expected error is too large, where it has changed since; other reasons stay.
+void doubt_expected_error_anew(RegistrationResult& result);
+
 /// Takes the expected error of a doubted pose back, unless that it is large is all that is wrong: then it is told.
 void withhold_where_doubted(RegistrationResult& result);
 

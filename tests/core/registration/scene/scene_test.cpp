@@ -62,8 +62,9 @@ struct Spine {
     [[nodiscard]] double error_mm(const SceneResult& result, std::size_t k) const {
         return mean_target_error_mm(result.objects[k].world_from_ct, truth[k], targets[k]);
     }
-    [[nodiscard]] SceneResult run(const std::vector<SceneObject>& objects, const RegistrationOptions& options = {}) {
-        return register_scene(objects, views, options, *backend);
+    [[nodiscard]] SceneResult run(const std::vector<SceneObject>& objects, const RegistrationOptions& options = {},
+                                  const std::vector<JointLimit>& limits = {}) {
+        return register_scene(objects, views, options, *backend, {}, limits);
     }
 
     std::vector<View> views;
@@ -142,6 +143,50 @@ TEST(Scene, NoNeighbourIsCalledRight) {
     EXPECT_LT(spine.error_mm(result, 0), kFound_mm);
     EXPECT_TRUE(!result.objects[1].ok || spine.error_mm(result, 1) < kFound_mm)
         << "off by " << spine.error_mm(result, 1) << " mm and called right";
+}
+
+// Against each other they have moved by 9 mm and turned by 10 degrees.
+TEST(Scene, AJointNarrowsWhatOneViewLeavesOpen) {
+    Spine spine;
+    spine.views.erase(spine.views.begin() + 1);
+    const SceneResult free = spine.run(spine.objects());
+    const SceneResult held = spine.run(spine.objects(), {}, {{0, 1, 10, 12}});
+    ASSERT_EQ(held.joints.size(), 1U);
+    EXPECT_TRUE(held.joints[0].is_used);
+    for (std::size_t k = 0; k < 2; ++k) {
+        const Confidence &before = free.objects[k].confidence, &after = held.objects[k].confidence;
+        ASSERT_TRUE(before.is_estimated && after.is_estimated);
+        EXPECT_LE(after.in_depth_mm, before.in_depth_mm);
+        EXPECT_LE(after.rim_mm, before.rim_mm);
+        EXPECT_LT(spine.error_mm(held, k), 2 * after.rim_mm);
+    }
+    const SceneResult tight = spine.run(spine.objects(), {}, {{0, 1, 8, 9}});
+    EXPECT_LT(tight.objects[0].confidence.in_depth_mm, free.objects[0].confidence.in_depth_mm);
+}
+
+TEST(Scene, AJointThatTheXraysContradictIsNotUsed) {
+    Spine spine;
+    const SceneResult result = spine.run(spine.objects(), {}, {{0, 1, 0.5, 0.5}});
+    ASSERT_EQ(result.joints.size(), 1U);
+    EXPECT_FALSE(result.joints[0].is_used);
+    EXPECT_GT(result.joints[0].motion.shift_mm.norm(), 3);
+    for (const RegistrationResult& object : result.objects) {
+        EXPECT_FALSE(object.ok);
+        EXPECT_THAT(object.reasons, testing::Contains(HasSubstr("contradict")));
+    }
+}
+
+TEST(Scene, RefusesJointsThatContradictEachOther) {
+    Spine spine;
+    std::vector<SceneObject> objects = spine.objects();
+    const auto refusal = [&](const std::vector<JointLimit>& limits) {
+        return test::error_of([&] { (void)spine.run(objects, {}, limits); });
+    };
+    EXPECT_THAT(refusal({{0, 0, 1, 1}}), HasSubstr("needs two objects"));
+    EXPECT_THAT(refusal({{0, 1, 1, 1}, {1, 0, 2, 2}}), HasSubstr("has two limits"));
+    EXPECT_THAT(refusal({{0, 1, 0, 1}}), HasSubstr("in (0, 100] mm"));
+    EXPECT_THAT(refusal({{0, 1, 1, 91}}), HasSubstr("in (0, 90] degrees"));
+    EXPECT_THAT(refusal({{0, 2, 1, 1}}), HasSubstr("no such object"));
 }
 
 TEST(Scene, StopLeavesEveryObjectDoubtful) {
