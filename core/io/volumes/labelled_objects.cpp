@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/text.h"
 #include "core/image/region.h"
 #include "core/io/files/text.h"
@@ -22,8 +23,22 @@ struct NamedMap {
     std::string source;
 };
 
-NamedMap named_map(const ObjectCut& cut, const VoxelGrid& grid, LabelledObjects& found) {
-    LabelMapFile file = read_label_map_file(cut.label_map, grid);
+/// The pieces that the CT's bone falls into.
+NamedMap split_map(const ObjectCut& cut, const Volume& ct, LabelledObjects& found) {
+    found.split = split_bones(ct, *cut.split);
+    LabelNames names;
+    std::string text;
+    for (const SplitBone& bone : found.split->bones) {
+        names.emplace(bone.label, bone.name);
+        text += (text.empty() ? "" : ", ") + bone.name + " (" + fixed(bone.volume_mm3 / 1000, 0) + " cm3)";
+    }
+    found.notes.push_back("connected bones of the CT, a split for registration and no diagnosis: " + text);
+    return {found.split->map, names, "the connected bones of the CT"};
+}
+
+NamedMap named_map(const ObjectCut& cut, const Volume& ct, LabelledObjects& found) {
+    if (cut.split) return split_map(cut, ct, found);
+    LabelMapFile file = read_label_map_file(cut.label_map, ct.grid);
     for (const std::string& note : file.notes) found.notes.push_back("label map: " + note);
     found.files.push_back(cut.label_map);
     if (!cut.label_table.empty()) {
@@ -114,12 +129,13 @@ bool is_bone_name(std::string_view name) {
 
 LabelledObjects cut_objects(const Volume& ct, const ObjectCut& cut) {
     LabelledObjects found;
-    const NamedMap named = named_map(cut, ct.grid, found);
+    const NamedMap named = named_map(cut, ct, found);
     const bool takes_all = cut.objects.empty();
     const std::vector<Wanted> wanted = takes_all ? all_bones(named) : asked_for(cut, named);
     if (cut.with_rest) found.rest = ct;
+    const std::string source = cut.split ? named.source : cut.label_map.string();
     for (const Wanted& one : wanted) {
-        const std::string of_object = " (object " + one.name + " of " + cut.label_map.string() + ")";
+        const std::string of_object = " (object " + one.name + " of " + source + ")";
         try {
             std::optional<Volume> rest = found.rest;
             const Volume own = cut_out(ct, one, named, cut.above_per_mm, rest);
@@ -136,8 +152,8 @@ LabelledObjects cut_objects(const Volume& ct, const ObjectCut& cut) {
             found.notes.push_back("left out: " + std::string(error.what()) + of_object);
         }
     }
-    if (found.objects.empty()) throw Error(cut.label_map.string() + ": no label of it is an object in the CT");
-    found.notes.push_back("objects: " + joined(found.names) + " of " + cut.label_map.string() + ", by " + named.source);
+    if (found.objects.empty()) throw Error(source + ": no label of it is an object in the CT");
+    found.notes.push_back("objects: " + joined(found.names) + " of " + source + ", by " + named.source);
     return found;
 }
 

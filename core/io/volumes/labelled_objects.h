@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/image/bone_split.h"
 #include "raylign/io/volume.h"
 
 namespace raylign::detail {
@@ -21,6 +22,7 @@ struct LabelledObjects {
     std::optional<Volume> rest;      ///< of the body, where asked for
     std::vector<std::string> notes;
     std::vector<std::filesystem::path> files;  ///< read for it
+    std::optional<BoneSplit> split;            ///< where the CT was split without a map
 };
 
 /// How a CT is cut.
@@ -31,6 +33,7 @@ struct ObjectCut {
     /// Also what is left of the body. It keeps of the objects' voxels what `above_per_mm` leaves there: where an object
     /// has moved, soft tissue has taken its place. The volumes add up to the CT.
     bool with_rest = false;
+    std::optional<BoneSplitOptions> split;  ///< instead of a map: core/image/bone_split.h; its pieces are the labels
 };
 
 /// Fewest voxels of an object: less has no shape.
