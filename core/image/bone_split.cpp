@@ -11,7 +11,9 @@
 namespace raylign::detail {
 namespace {
 
-constexpr double kSeed_share = 0.1;    // of the least volume: what erosion must leave of a bone
+constexpr double kSeed_share = 0.1;  // of the least volume: what erosion must leave of a bone
+/// Of what erosion took at corners: how far a piece grows back. What lies farther is another bone whose core was lost.
+constexpr int kReach = 2;
 constexpr double kMiddle_share = 0.2;  // of a bone on either side makes it one of the middle
 
 using Mask = std::vector<std::uint8_t>;
@@ -101,13 +103,13 @@ std::int32_t number_pieces(const Mask& mask, const Eigen::Vector3i& size, std::s
     return count;
 }
 
-/// Lets the pieces grow through the bone, one layer after the other.
-void grow(const Mask& bone, const Eigen::Vector3i& size, std::vector<std::int32_t>& labels) {
+/// Lets the pieces grow through the bone, one layer after the other, by at most so many.
+void grow(const Mask& bone, const Eigen::Vector3i& size, int layers, std::vector<std::int32_t>& labels) {
     std::vector<std::size_t> front;
     for (std::size_t i = 0; i < labels.size(); ++i) {
         if (labels[i] != 0) front.push_back(i);
     }
-    while (!front.empty()) {
+    for (; layers > 0 && !front.empty(); --layers) {
         std::vector<std::size_t> next_front;
         for (const std::size_t voxel : front) {
             for_each_neighbour(voxel, size, [&](std::size_t next) {
@@ -194,14 +196,16 @@ BoneSplit split_bones(const Volume& ct, const BoneSplitOptions& options) {
     const double pixel_mm2 = grid.spacing_mm.x() * grid.spacing_mm.y();
     fill_holes(bone, grid.size, static_cast<std::size_t>(options.hole_mm2 / pixel_mm2));
     Mask core = bone;
+    int eroded = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        const auto half = static_cast<int>(std::lround(options.opening_mm / grid.spacing_mm[axis]));
-        erode_along(core, grid.size, axis, std::max(1, half));
+        const int half = std::max(1, static_cast<int>(std::lround(options.opening_mm / grid.spacing_mm[axis])));
+        erode_along(core, grid.size, axis, half);
+        eroded += half;
     }
     BoneSplit split{{grid, std::vector<std::int32_t>(bone.size(), 0)}, {}};
     const auto least = static_cast<std::size_t>(kSeed_share * options.least_mm3 / grid.spacing_mm.prod());
     const std::int32_t count = number_pieces(core, grid.size, std::max<std::size_t>(1, least), split.map.labels);
-    grow(bone, grid.size, split.map.labels);
+    grow(bone, grid.size, kReach * eroded, split.map.labels);
     name_bones(split, count, options.least_mm3);
     if (split.bones.empty()) {
         throw Error("no bone of at least " + number_text(options.least_mm3 / 1000) + " cm3 found above " +

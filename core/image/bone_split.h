@@ -27,7 +27,7 @@ struct BoneSplit {
 };
 
 /// Splits a CT into connected bones: threshold, marrow filled, opening (erosion by a box, whose connected pieces grow
-/// back through the bone that is left, each voxel to the piece that reaches it first), pieces that are large enough.
+/// back through the bone around them, each voxel to the piece that reaches it first), pieces that are large enough.
 /// Simple: bones that have grown together stay one, and thin ones may fall apart. It serves to tell hip bones, femurs
 /// or a forearm apart for registration, and is no segmentation for diagnosis. Throws Error where no piece is left.
 [[nodiscard]] BoneSplit split_bones(const Volume& ct, const BoneSplitOptions& options);
