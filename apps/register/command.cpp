@@ -166,6 +166,12 @@ void add_scene_flags(CLI::App& command, SceneFlags& flags) {
                                 "Object with a CT of its own, or of -v by labels of --labels (3 or 3,4 or a name);\n"
                                 "may be repeated; default none"),
              "NAME=FILE|LABELS ...", kObjectGroup);
+    command
+        .add_flag("--segment-bones", flags.segment_bones,
+                  "No --labels: split the CT into connected bones, named by place (left_1, middle_2, ...\n"
+                  "from the head down); for registration, no diagnosis; bone is above --bone-threshold,\n"
+                  "else 200 HU; default off")
+        ->group(kObjectGroup);
     describe(command.add_option("--rest", flags.rest,
                                 "What is left of the CT beside its objects: body (moves), still or none; default none"),
              "NAME", kObjectGroup);
@@ -178,8 +184,11 @@ void add_scene_flags(CLI::App& command, SceneFlags& flags) {
     describe(command.add_option("--truth", flags.truths,
                                 "True pose, of all objects or one, to report the error; default none"),
              "[NAME=]FILE ...", kStartGroup);
-    describe(command.add_option("--joint", flags.joints, "Angles between two objects; may be repeated; default none"),
-             "PROXIMAL,DISTAL ...", kOutputGroup);
+    describe(
+        command.add_option("--joint", flags.joints,
+                           "Angles between two objects; with =MM,DEG the most that they have moved against each\n"
+                           "other since the CT, which then counts beside the X-rays; may be repeated; default none"),
+        "PROXIMAL,DISTAL[=MM,DEG] ...", kOutputGroup);
     describe(command.add_option("--cardan", flags.cardan,
                                 "Order of the joint's angles, proximal axis first, as track has it; default XYZ"),
              "NAME", kOutputGroup);

@@ -18,8 +18,9 @@ struct SceneFlags {
     std::vector<std::string> objects;         ///< names or numbers of labels, "all-bones", or one box for --object
     std::vector<std::string> bones;           ///< NAME=FILE or NAME=LABELS
     std::vector<std::string> starts, truths;  ///< FILE or NAME=FILE
+    bool segment_bones = false;               ///< no label map: the CT's connected bones are the labels
     std::string rest;                         ///< body, still or none; "" = none
-    std::vector<std::string> joints;          ///< PROXIMAL,DISTAL
+    std::vector<std::string> joints;          ///< PROXIMAL,DISTAL or PROXIMAL,DISTAL=MM,DEG
     std::string cardan;                       ///< "" = XYZ
 };
 

@@ -13,9 +13,13 @@
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 #include "raylign/io/pose.h"
+#include "raylign/io/volume.h"
 
 namespace raylign::detail::apps {
 namespace {
+
+constexpr const char* kSplitMap = "bones.nii.gz";
+constexpr const char* kSplitNames = "bones.csv";
 
 std::vector<std::string> scene_file_names(const SceneInputs& inputs) {
     std::vector<std::string> names{"report.json", "report.html"};
@@ -23,6 +27,7 @@ std::vector<std::string> scene_file_names(const SceneInputs& inputs) {
         names.push_back("pose_" + object.name + ".json");
         names.push_back("pose_" + object.name + ".tfm");
     }
+    if (inputs.split) names.insert(names.end(), {kSplitMap, kSplitNames});
     for (const View& view : inputs.views) {
         names.push_back("overlay_" + view.name + ".png");
         names.push_back(drr_file_name(view.name));
@@ -38,10 +43,27 @@ SceneResult register_with_progress(const SceneInputs& inputs, const Registration
     }
     ProgressBar bar(output);
     const auto report = [&bar](const RegistrationProgress& progress) { bar.draw(progress_line(progress)); };
-    SceneResult result =
-        register_scene(objects, inputs.views, options, backend, {.on_progress = report, .stop = interrupt_token()});
+    SceneResult result = register_scene(objects, inputs.views, options, backend,
+                                        {.on_progress = report, .stop = interrupt_token()}, inputs.limits);
     stop_if_interrupted();
     return result;
+}
+
+/// Where objects lie in one another at the poses found; what is left of the body has no surface to say so by.
+std::vector<Collision> collisions_of(const SceneInputs& inputs, const SceneResult& result) {
+    std::vector<PosedVolume> bones;
+    std::vector<std::size_t> positions;
+    for (std::size_t k = 0; k < inputs.objects.size(); ++k) {
+        if (inputs.objects[k].is_rest) continue;
+        bones.push_back({&inputs.objects[k].volume, result.objects[k].world_from_ct});
+        positions.push_back(k);
+    }
+    std::vector<Collision> found = collisions(bones);
+    for (Collision& collision : found) {
+        collision.first = positions[collision.first];
+        collision.second = positions[collision.second];
+    }
+    return found;
 }
 
 /// DRRs of all objects at poses: [view][object].
@@ -85,10 +107,23 @@ std::vector<PageOverlay> stage_scene_pictures(const SceneRun& run, const Registr
         write_image(folder.stage(drr_file_name(view.name)), all);
         write_png(folder.stage("overlay_" + view.name + ".png"),
                   objects_picture({view.name, view.image, view.weights, names, before[v], after[v], all}));
-        overlays.push_back(
-            page_overlay(view.name, view, sum_of(before[v]), all, folder.stage("report.html").parent_path()));
+        const std::filesystem::path scratch = folder.stage("report.html").parent_path();
+        overlays.push_back(page_overlay(view.name, view, sum_of(before[v]), all, scratch));
+        for (std::size_t k = 0; k < names.size(); ++k) {
+            if (run.inputs.objects[k].is_rest) continue;
+            overlays.back().objects.push_back(page_layer(names[k], after[v][k], {}, scratch));
+        }
     }
     return overlays;
+}
+
+/// The map of --segment-bones and its names, for --labels and --labels-table.
+void stage_split(const BoneSplit& split, OutputFolder& folder) {
+    Volume map{split.map.grid, std::vector<float>(split.map.labels.begin(), split.map.labels.end())};
+    write_volume(folder.stage(kSplitMap), map);
+    std::string table;
+    for (const SplitBone& bone : split.bones) table += std::to_string(bone.label) + "," + bone.name + "\n";
+    write_text(folder.stage(kSplitNames), table);
 }
 
 /// Writes everything but moves nothing into place yet. Returns report.json's text.
@@ -99,6 +134,7 @@ std::string stage_scene(SceneRun& run, const RegistrationOptions& options, Backe
         write_pose(folder.stage(stem + ".json"), run.result.objects[k].world_from_ct);
         write_pose(folder.stage(stem + ".tfm"), run.result.objects[k].world_from_ct);
     }
+    if (run.inputs.split) stage_split(*run.inputs.split, folder);
     const std::vector<PageOverlay> overlays = stage_scene_pictures(run, options, backend, folder);
     run.total_s = seconds_since(begin) - run.inputs.hashes.time_s;
     const std::string report = scene_json(run);
@@ -125,7 +161,9 @@ int run_register_scene(const RegisterOptions& options, const Invocation& invocat
     refuse_to_overwrite(inputs.files, options.output.folder, names);
     OutputFolder folder(options.output.folder);  // before the work: an unwritable folder should not cost a run
     SceneResult result = register_with_progress(inputs, registration, *choice.backend, options.output);
-    SceneRun run{options, invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result), names, 0};
+    SceneRun run{options, invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result),
+                 {},      names,      0};
+    run.collisions = collisions_of(inputs, run.result);
     const std::string report = stage_scene(run, registration, *choice.backend, begin, folder);
     stop_if_interrupted();
     folder.commit();

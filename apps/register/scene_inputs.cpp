@@ -1,7 +1,6 @@
 #include "apps/register/scene_inputs.h"
 
 #include <algorithm>
-#include <map>
 
 #include "apps/shared/append.h"
 #include "apps/shared/clock.h"
@@ -26,104 +25,8 @@
 namespace raylign::detail::apps {
 namespace {
 
-constexpr const char* kAllBones = "all-bones";
-constexpr const char* kRestName = "rest";
-constexpr double kShown = 0.5;  // share of a bone that a view must show for all-bones to take it
-
-/// "1,2,3,4,5,6" or "voxels:...": what --object means with one object.
-bool is_box(const std::string& text) { return text.starts_with("voxels:") || text.find(',') != std::string::npos; }
-
-/// Files by name of the object, and one for all others.
-struct NamedFiles {
-    std::string for_all;
-    std::map<std::string, std::string> of;
-
-    [[nodiscard]] std::string file(const std::string& name) const {
-        const auto found = of.find(name);
-        return found == of.end() ? for_all : found->second;
-    }
-};
-
-NamedFiles named_files(const std::vector<std::string>& arguments, const std::string& option,
-                       const std::vector<std::string>& names) {
-    NamedFiles files;
-    for (const std::string& argument : arguments) {
-        const std::size_t equals = argument.find('=');
-        const bool is_known =
-            equals != std::string::npos && std::ranges::find(names, argument.substr(0, equals)) != names.end();
-        std::error_code ignored;
-        if (!is_known && (equals == std::string::npos || std::filesystem::exists(argument, ignored))) {
-            if (!files.for_all.empty()) throw Error(option + " is given twice for all objects: name them as NAME=FILE");
-            files.for_all = argument;
-            continue;
-        }
-        const auto [name, file] = split_named(argument, option);
-        if (!is_known) throw bad_value("object of " + option, name, "one of " + joined(names));
-        if (!files.of.emplace(name, file).second) throw Error(option + " names " + name + " twice");
-    }
-    return files;
-}
-
-/// What --object and --bone ask for.
-struct Asked {
-    std::vector<LabelledName> labelled;
-    bool all_bones = false;
-    std::vector<std::pair<std::string, std::string>> files;  ///< name, file
-};
-
-void check_name(const std::string& name, const std::string& option) {
-    if (is_view_name(name) && lower_case(name) != kRestName) return;
-    throw bad_value("name of " + option, name,
-                    "letters, digits, '_', '-' or '.' (it becomes part of file names), and not \"rest\"");
-}
-
-Asked asked_objects(const RegisterOptions& options) {
-    Asked asked;
-    for (const std::string& object : options.scene.objects) {
-        if (is_box(object)) continue;
-        if (object == kAllBones) {
-            asked.all_bones = true;
-            continue;
-        }
-        check_name(object, "--object");
-        asked.labelled.push_back({number_from(object) ? "label_" + object : object, {object}});
-    }
-    for (const std::string& argument : options.scene.bones) {
-        const auto [name, value] = split_named(argument, "--bone", "NAME=FILE or NAME=LABELS");
-        check_name(name, "--bone");
-        std::error_code ignored;
-        if (options.volume.file.empty() || std::filesystem::exists(value, ignored)) {
-            asked.files.emplace_back(name, value);
-        } else {
-            asked.labelled.push_back({name, parse_list(value, "--bone")});
-        }
-    }
-    return asked;
-}
-
-void check_asked(const Asked& asked, const RegisterOptions& options) {
-    const bool by_label = asked.all_bones || !asked.labelled.empty();
-    if (asked.all_bones && !asked.labelled.empty()) throw Error("--object all-bones contradicts other objects");
-    if (by_label && !asked.files.empty()) throw Error("--bone NAME=FILE contradicts objects by label: give one kind");
-    if (by_label && options.volume.file.empty()) throw Error("objects by label: their CT is missing: give -v FILE");
-    if (by_label && options.volume.labels.empty()) throw Error("objects by label: give the map, --labels FILE");
-    if (!by_label && !options.volume.file.empty()) throw Error("--bone NAME=FILE contradicts -v: leave -v out");
-    if (!by_label && !options.scene.rest.empty() && options.scene.rest != "none") {
-        throw Error("--rest is for objects by label: files of bones have no rest");
-    }
-    if (!options.volume.label.empty()) throw Error("--label contradicts --object and --bone: they name the labels");
-    const std::string& rest = options.scene.rest;
-    if (!rest.empty() && rest != "body" && rest != "still" && rest != "none") {
-        throw bad_value("--rest", rest, "body, still or none");
-    }
-    for (std::size_t a = 0; a < asked.files.size(); ++a) {
-        for (std::size_t b = 0; b < a; ++b) {
-            if (lower_case(asked.files[a].first) == lower_case(asked.files[b].first)) {
-                throw Error("--bone names " + asked.files[a].first + " twice");
-            }
-        }
-    }
-}
+constexpr double kBone_hu = 200;  // what --segment-bones takes for bone
+constexpr double kShown = 0.5;    // share of a bone that a view must show for all-bones to take it
 
 /// HU above which voxels of an object count: as asked for, or with a rest what water does not explain.
 std::optional<float> counted_above(const RegisterOptions& options, bool has_rest) {
@@ -135,6 +38,16 @@ std::optional<float> counted_above(const RegisterOptions& options, bool has_rest
                                preset.empty() || options.volume.attenuation ? hu_presets().front() : hu_preset(preset));
 }
 
+/// How bone is told from the rest where there is no map.
+std::optional<BoneSplitOptions> split_of(const RegisterOptions& options) {
+    if (!options.scene.segment_bones) return std::nullopt;
+    const double level = options.volume.bone_threshold.value_or(kBone_hu);
+    const std::string& preset = options.volume.hu_preset;
+    const bool is_per_mm = options.volume.attenuation && options.volume.bone_threshold;
+    const HuPreset& units = preset.empty() || options.volume.attenuation ? hu_presets().front() : hu_preset(preset);
+    return BoneSplitOptions{is_per_mm ? static_cast<float>(level) : attenuation_from_hu(level, units)};
+}
+
 void read_labelled(const RegisterOptions& options, const Asked& asked, const ViewsFile& views, SceneInputs& inputs) {
     VolumeFlags whole = options.volume;
     whole.labels = whole.label_table = "";
@@ -144,7 +57,8 @@ void read_labelled(const RegisterOptions& options, const Asked& asked, const Vie
     append(inputs.notes, ct.notes);
     const bool has_rest = options.scene.rest == "body" || options.scene.rest == "still";
     LabelledObjects cut = cut_objects(ct.volume, {options.volume.labels, options.volume.label_table, asked.labelled,
-                                                  counted_above(options, has_rest), has_rest});
+                                                  counted_above(options, has_rest), has_rest, split_of(options)});
+    inputs.split = std::move(cut.split);
     append(inputs.files, cut.files);
     append(inputs.notes, cut.notes);
     const NamedFiles starts = named_files(options.scene.starts, "--start", cut.names);
@@ -239,16 +153,10 @@ void read_joints(const SceneFlags& flags, SceneInputs& inputs) {
     if (!flags.cardan.empty() && flags.joints.empty()) throw Error("--cardan has no meaning without --joint");
     std::vector<std::string> names;
     for (const SceneInput& object : inputs.objects) names.push_back(object.name);
-    for (const std::string& argument : flags.joints) {
-        const std::vector<std::string> ends = parse_list(argument, "--joint");
-        if (ends.size() != 2) throw bad_value("--joint", argument, "PROXIMAL,DISTAL");
-        std::vector<std::size_t> at;
-        for (const std::string& end : ends) {
-            const auto found = std::ranges::find(names, end);
-            if (found == names.end()) throw bad_value("object of --joint", end, "one of " + joined(names));
-            at.push_back(static_cast<std::size_t>(found - names.begin()));
-        }
-        inputs.joints.emplace_back(at[0], at[1]);
+    inputs.joints = asked_joints(flags.joints, names);
+    for (const AskedJoint& joint : inputs.joints) {
+        if (!(joint.apart_mm > 0)) continue;
+        inputs.limits.push_back({joint.proximal, joint.distal, joint.apart_mm, joint.turned_deg});
     }
 }
 
@@ -263,6 +171,7 @@ void settle_one_object(RegisterOptions& options) {
     const SceneFlags& scene = options.scene;
     if (options.volume.file.empty()) throw Error("no CT: give -v FILE, or --bone NAME=FILE");
     if (!scene.rest.empty()) throw Error("--rest is for several objects: name them by --object");
+    if (scene.segment_bones) throw Error("--segment-bones is for several objects: name them by --object");
     if (!scene.joints.empty() || !scene.cardan.empty()) {
         throw Error("--joint and --cardan are for several objects: name them by --object or --bone");
     }
@@ -278,7 +187,6 @@ SceneInputs read_scene_inputs(const RegisterOptions& options) {
     const auto begin = Clock::now();
     if (!options.truth.targets.empty()) throw Error("--targets is for one object: leave it out with several");
     const Asked asked = asked_objects(options);
-    check_asked(asked, options);
     if (!options.scene.cardan.empty()) (void)CardanSequence::from_name(options.scene.cardan);
     settle_conflicts(options.start);
     SceneInputs inputs;

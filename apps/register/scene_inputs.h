@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/register/options.h"
+#include "apps/register/scene_asked.h"
 #include "apps/shared/manifest.h"
 #include "core/registration/scene/scene.h"
 #include "raylign/view.h"
@@ -30,7 +31,9 @@ struct SceneInput {
 struct SceneInputs {
     std::vector<SceneInput> objects;
     std::vector<View> views;
-    std::vector<std::pair<std::size_t, std::size_t>> joints;  ///< proximal, distal: positions in objects
+    std::vector<AskedJoint> joints;
+    std::vector<JointLimit> limits;  ///< of those joints that have one, in order
+    std::optional<BoneSplit> split;  ///< of --segment-bones
     std::vector<std::string> notes;
     std::vector<std::filesystem::path> files;  ///< every file read
     InputHashes hashes;

@@ -89,8 +89,38 @@ Json joints_json(const SceneRun& run) {
                         {"sequence", sequence.name()},
                         {"angles_deg", vector_json(Eigen::Vector3d(joint.angles_rad * kDegreesPerRad))},
                         {"translation_mm", vector_json(joint.proximal_from_distal.translation_mm)}});
+        if (!joint.limit) continue;
+        list.back()["limit"] = {{"apart_mm", joint.limit->apart_mm},
+                                {"turned_deg", joint.limit->turned_deg},
+                                {"used", joint.outcome.is_used}};
+        list.back()["since_ct"] = {{"apart_mm", joint.outcome.motion.shift_mm.norm()},
+                                   {"turned_deg", joint.outcome.motion.turn_rad.norm() * kDegreesPerRad}};
     }
     return list;
+}
+
+Json collisions_json(const SceneRun& run) {
+    Json list = Json::array();
+    for (const Collision& collision : run.collisions) {
+        list.push_back(
+            {{"objects", {run.inputs.objects[collision.first].name, run.inputs.objects[collision.second].name}},
+             {"voxels", collision.voxels},
+             {"volume_mm3", collision.volume_mm3},
+             {"share", collision.share}});
+    }
+    return list;
+}
+
+std::string joint_line(const SceneJoint& joint, const CardanSequence& sequence) {
+    const Eigen::Vector3d deg = joint.angles_rad * kDegreesPerRad;
+    std::string text = joint.proximal + ", " + joint.distal + ": " + fixed(deg[0], 2) + ", " + fixed(deg[1], 2) + ", " +
+                       fixed(deg[2], 2) + " deg (" + sequence.name() + ")";
+    if (joint.limit) {
+        text += ", since the CT parted by " + fixed(joint.outcome.motion.shift_mm.norm(), 2) + " mm and turned by " +
+                fixed(joint.outcome.motion.turn_rad.norm() * kDegreesPerRad, 2) + " deg";
+        if (!joint.outcome.is_used) text += " (its limit was not used)";
+    }
+    return line("joint", text);
 }
 
 std::string object_line(const SceneInput& object, const RegistrationResult& result) {
@@ -120,10 +150,15 @@ std::vector<SceneJoint> scene_joints(const SceneRun& run, const CardanSequence& 
         return run.result.objects[k].world_from_ct * RigidTransform::translate(centre);
     };
     std::vector<SceneJoint> joints;
-    for (const auto& ends : run.inputs.joints) {
-        const RigidTransform proximal_from_distal = inverse(world_from_axes(ends.first)) * world_from_axes(ends.second);
-        joints.push_back({run.inputs.objects[ends.first].name, run.inputs.objects[ends.second].name,
+    std::size_t limits = 0;
+    for (const AskedJoint& ends : run.inputs.joints) {
+        const RigidTransform proximal_from_distal =
+            inverse(world_from_axes(ends.proximal)) * world_from_axes(ends.distal);
+        joints.push_back({run.inputs.objects[ends.proximal].name, run.inputs.objects[ends.distal].name,
                           proximal_from_distal, cardan_angles_rad(proximal_from_distal.rotation, sequence)});
+        if (!(ends.apart_mm > 0)) continue;
+        joints.back().limit = run.inputs.limits[limits];
+        joints.back().outcome = run.result.joints[limits++];
     }
     return joints;
 }
@@ -155,6 +190,7 @@ std::string scene_json(const SceneRun& run) {
                          {"decisions", result.decisions},
                          {"objects", objects},
                          {"joints", joints_json(run)},
+                         {"collisions", collisions_json(run)},
                          {"time_s",
                           {{"total", run.total_s},
                            {"load", run.inputs.load_s},
@@ -171,10 +207,12 @@ std::string scene_summary(const SceneRun& run) {
         text += object_line(run.inputs.objects[k], run.result.objects[k]);
     }
     const CardanSequence sequence = sequence_of(run);
-    for (const SceneJoint& joint : scene_joints(run, sequence)) {
-        const Eigen::Vector3d deg = joint.angles_rad * kDegreesPerRad;
-        text += line("joint", joint.proximal + ", " + joint.distal + ": " + fixed(deg[0], 2) + ", " + fixed(deg[1], 2) +
-                                  ", " + fixed(deg[2], 2) + " deg (" + sequence.name() + ")");
+    for (const SceneJoint& joint : scene_joints(run, sequence)) text += joint_line(joint, sequence);
+    for (const Collision& collision : run.collisions) {
+        text += line("collision", run.inputs.objects[collision.first].name + " and " +
+                                      run.inputs.objects[collision.second].name + " share " +
+                                      fixed(collision.volume_mm3 / 1000, 2) + " cm3, " +
+                                      fixed(100 * collision.share, 1) + " % of the smaller one");
     }
     text += line("together", "cost " + fixed(run.result.cost_initial, 4) + " -> " + fixed(run.result.cost_final, 4) +
                                  ", " + std::to_string(run.result.iterations) + " iterations, " +

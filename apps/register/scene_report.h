@@ -6,6 +6,7 @@
 #include "apps/register/scene_inputs.h"
 #include "apps/report_page/report_page.h"
 #include "apps/shared/invocation.h"
+#include "core/registration/scene/collisions.h"
 #include "raylign/backends.h"
 #include "raylign/joint_motion.h"
 
@@ -19,7 +20,8 @@ struct SceneRun {
     BackendInfo backend;
     std::vector<BackendStatus> passed_over;
     SceneResult result;
-    std::vector<std::string> outputs;  ///< file names in the output folder
+    std::vector<Collision> collisions;  ///< of the objects at the poses found, what is left of the body aside
+    std::vector<std::string> outputs;   ///< file names in the output folder
     double total_s = 0;
 };
 
@@ -28,6 +30,8 @@ struct SceneJoint {
     std::string proximal, distal;
     RigidTransform proximal_from_distal;
     Eigen::Vector3d angles_rad;  ///< Cardan angles, in the order of the sequence
+    std::optional<JointLimit> limit;
+    JointOutcome outcome;  ///< of the limit
 };
 [[nodiscard]] std::vector<SceneJoint> scene_joints(const SceneRun& run, const CardanSequence& sequence);
 

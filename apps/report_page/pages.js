@@ -111,12 +111,14 @@ function scenePage({ report, images }) {
   for (const o of moving) if (o.sigma) cards.push([`${o.name}: expected error (rms)`, number(o.sigma.expected_error_mm) + " mm"]);
   verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: look at the objects", report.verdict.reasons, cards);
   section("X-ray and DRR", "Move the slider: left of it the X-ray, right of it all objects projected at their poses.", overlays(images));
+  if (report.collisions.length) section("Collisions", "Objects that share space at the poses found: nothing forbids it. A layer of voxels is what half a voxel of motion makes.", table([{ name: "Objects", value: (c) => c.objects.join(", "), text: true, show: String }, { name: "Shared mm³", key: "volume_mm3" }, { name: "of the smaller one", key: "share", show: percent }], report.collisions));
   section("Objects", "Each is judged against what the others leave of the X-rays.", table([{ name: "Object", key: "name", text: true, show: String }, { name: "Verdict", value: (o) => (o.moves ? (o.verdict.ok ? "ok" : "doubtful") : "stays"), text: true, show: String },
     { name: "Expected error mm", value: (o) => o.sigma?.expected_error_mm }, { name: "Cost", value: (o) => o.cost.final, show: (v) => number(v, 4) },
     { name: "mTRE start mm", value: (o) => o.tre?.initial_mtre_mm }, { name: "result mm", value: (o) => o.tre?.final_mtre_mm },
     { name: "Reasons", value: (o) => o.verdict.reasons.join("; "), text: true, long: true, show: String }], report.objects, (o) => !o.verdict.ok));
   if (report.joints.length) section("Joints", "CT axes in the objects' centres of attenuation.", table([{ name: "Proximal", key: "proximal", text: true, show: String }, { name: "Distal", key: "distal", text: true, show: String }, { name: "Sequence", key: "sequence", text: true, show: String },
-    ...[0, 1, 2].map((i) => ({ name: `Angle ${i + 1} °`, value: (j) => j.angles_deg[i] })), ...[0, 1, 2].map((i) => ({ name: `${"xyz"[i]} mm`, value: (j) => j.translation_mm[i] }))], report.joints));
+    ...[0, 1, 2].map((i) => ({ name: `Angle ${i + 1} °`, value: (j) => j.angles_deg[i] })), ...[0, 1, 2].map((i) => ({ name: `${"xyz"[i]} mm`, value: (j) => j.translation_mm[i] })), { name: "Parted since the CT mm", value: (j) => j.since_ct?.apart_mm }, { name: "Turned since the CT °", value: (j) => j.since_ct?.turned_deg },
+    { name: "Limit", value: (j) => (j.limit ? `${number(j.limit.apart_mm)} mm, ${number(j.limit.turned_deg)}°${j.limit.used ? "" : ", not used"}` : ""), text: true, show: String }], report.joints));
   manifest(report, [["backend", backendText(report.backend)], ["method", report.method], ["metric", report.metric], ["projector", report.projector], ["moving all together", seconds(report.time_s.together)]]);
 }
 

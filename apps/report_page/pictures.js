@@ -1,7 +1,8 @@
 "use strict";
 // The pictures of a report: X-rays under DRRs, zoomed to the object, with its outline and the letters of the patient's sides.
 
-const OUTLINE = [255, 140, 0];
+// The first of one object; those of several as the overlay's picture has them.
+const OUTLINES = [[255, 150, 0], [60, 170, 255], [0, 200, 140], [240, 228, 66], [230, 130, 190], [120, 140, 255], [255, 90, 60], [200, 200, 200]];
 
 function pixelsOf(image) {
   const canvas = el("canvas", { width: image.naturalWidth, height: image.naturalHeight }), context = canvas.getContext("2d", { willReadFrequently: true });
@@ -9,9 +10,17 @@ function pixelsOf(image) {
   return { canvas, context, picture: context.getImageData(0, 0, canvas.width, canvas.height) };
 }
 
+// Each DRR outlined in a colour of its own over the base.
+function withOutlines(base, layers) {
+  const { canvas, context, picture } = pixelsOf(base);
+  layers.forEach((layer, k) => drawOutline(picture, pixelsOf(layer).picture, OUTLINES[k % OUTLINES.length]));
+  context.putImageData(picture, 0, 0);
+  return canvas;
+}
+
 // Where the DRR is steep: its grey values change by more than a share of their range across two pixels, and by more than beside the line.
-function withOutline(base, layer) {
-  const { canvas, context, picture } = pixelsOf(base), drr = pixelsOf(layer).picture, { width, height } = picture;
+function drawOutline(picture, drr, rgb) {
+  const { width, height } = picture;
   const place = (x, y) => Math.min(height - 1, Math.max(0, y)) * width + Math.min(width - 1, Math.max(0, x)), grey = (x, y) => drr.data[4 * place(x, y)];
   const slopes = Array.from({ length: width * height }, (_, i) => { const x = i % width, y = (i - x) / width; return [grey(x + 1, y) - grey(x - 1, y), grey(x, y + 1) - grey(x, y - 1)]; });
   const steepness = slopes.map(([dx, dy]) => Math.hypot(dx, dy));
@@ -19,10 +28,8 @@ function withOutline(base, layer) {
     const x = i % width, y = (i - x) / width, [dx, dy] = slopes[i].map((d) => Math.round(d / (steep || 1)));
     if (steep < steepness[place(x + dx, y + dy)] || steep <= steepness[place(x - dx, y - dy)]) return;
     const share = Math.min(1, Math.max(0, (steep - 14) / 22));
-    for (let c = 0; c < 3; c += 1) picture.data[4 * i + c] += share * (OUTLINE[c] - picture.data[4 * i + c]);
+    for (let c = 0; c < 3; c += 1) picture.data[4 * i + c] += share * (rgb[c] - picture.data[4 * i + c]);
   });
-  context.putImageData(picture, 0, 0);
-  return canvas;
 }
 
 // The part of the picture that shows the object, with a margin; the whole picture where that is nearly all of it.
@@ -58,7 +65,7 @@ function sidesOf(camera_from_world, world_from_ct) {
 
 const loaded = (uri) => new Promise((resolve, reject) => { const image = new Image(); image.onload = () => resolve(image); image.onerror = reject; image.src = uri; });
 
-// images: [{title, base: {label, uri}, layers: [{label, uri}]}]; sides: of each, or none. Left of the slider the X-ray, right of it what a button chose.
+// images: [{title, base: {label, uri}, layers: [{label, uri}], objects: [{label, uri}] where there are several}]; sides: of each, or none. Left of the slider the X-ray, right of it what a button chose.
 function overlays(images, sides = []) {
   return el("div", { class: "overlays" + (images.length === 1 ? " single" : "") }, images.map((image, i) => overlay(image, sides[i])));
 }
@@ -71,11 +78,15 @@ function overlay(image, sides) {
   const slide = el("input", { type: "range", min: 0, max: 100, value: 0, step: 0.5, "aria-label": "slide between the images of " + image.title });
   const set = (value) => { slide.value = value; frame.style.setProperty("--cut", value + "%"); };
   slide.addEventListener("input", () => set(slide.value));
-  const labels = [...image.layers.map((layer) => layer.label), `outline of the ${image.layers[last].label}`];
+  const objects = image.objects ?? [], legend = objects.map(({ label }, k) => el("span", { class: "object" }, el("i", { style: `background:rgb(${OUTLINES[k % OUTLINES.length]})` }), label));
+  const labels = [...image.layers.map((layer) => layer.label), objects.length ? "outlines of the objects" : `outline of the ${image.layers[last].label}`];
   const buttons = labels.map((label, k) => el("button", { type: "button", onclick: () => { state.layer = k; set(k > last ? 0 : 50); draw(); } }, label));
   const zoom = el("button", { type: "button", onclick: () => { state.zoomed = !state.zoomed; draw(); } }, "zoomed to the object");
   const mirror = el("button", { type: "button", title: "Pictures are what the detector sees from the source; mirrored, what one sees who stands at the detector.", onclick: () => { state.mirrored = !state.mirrored; draw(); } }, "mirrored");
-  const sources = Promise.all([image.base, ...image.layers].map((layer) => loaded(layer.uri))).then(([x, ...drrs]) => ({ x, drrs: [...drrs, withOutline(x, drrs[last])], box: boxOfObject(drrs[last]) }));
+  const sources = Promise.all([image.base, ...image.layers, ...objects].map((layer) => loaded(layer.uri))).then(([x, ...pictures]) => {
+    const drrs = pictures.slice(0, last + 1), outlined = objects.length ? pictures.slice(last + 1) : [drrs[last]];
+    return { x, drrs: [...drrs, withOutlines(x, outlined)], box: boxOfObject(drrs[last]) };
+  });
   async function draw() {
     buttons.forEach((b, k) => b.setAttribute("aria-pressed", String(k === state.layer)));
     zoom.setAttribute("aria-pressed", String(state.zoomed));
@@ -88,5 +99,5 @@ function overlay(image, sides) {
   }
   set(0);
   draw();
-  return el("div", { class: "overlay" }, el("h3", {}, image.title), frame, slide, el("div", { class: "layers" }, buttons, zoom, mirror));
+  return el("div", { class: "overlay" }, el("h3", {}, image.title), frame, slide, el("div", { class: "layers" }, buttons, zoom, mirror), legend.length ? el("div", { class: "objects" }, legend) : null);
 }

@@ -81,6 +81,10 @@ std::string report_page(std::string_view kind, std::string_view report, const st
         Json layers = Json::array();
         for (const PageLayer& layer : overlay.layers) layers.push_back(json_of(layer));
         images.push_back({{"title", overlay.title}, {"base", json_of(overlay.base)}, {"layers", layers}});
+        if (overlay.objects.empty()) continue;
+        Json objects = Json::array();
+        for (const PageLayer& layer : overlay.objects) objects.push_back(json_of(layer));
+        images.back()["objects"] = objects;
     }
     std::string data =
         "{\"kind\":\"" + std::string(kind) + "\",\"report\":" + std::string(report) + ",\"images\":" + one_line(images);

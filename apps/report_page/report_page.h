@@ -19,6 +19,9 @@ struct PageOverlay {
     std::string title;
     PageLayer base;
     std::vector<PageLayer> layers;
+    /// Of several objects the DRR of each, labelled by its name: outlined in a colour of its own instead of the last
+    /// layer.
+    std::vector<PageLayer> objects;
 };
 
 /// A self-contained HTML page: works offline, loads nothing. `kind`: register, scene (several objects), study, compare,

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "apps/pictures/picture.h"
+#include "apps/shared/articulated.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/detector.h"
 #include "apps/shared/help.h"
@@ -11,8 +12,8 @@
 #include "apps/shared/options.h"
 #include "apps/shared/outputs.h"
 #include "apps/shared/parse.h"
-#include "apps/tools/articulated.h"
 #include "core/base/error.h"
+#include "core/image/composed.h"
 #include "core/io/files/output.h"
 #include "core/io/images/counts.h"
 #include "core/io/images/png.h"
@@ -110,13 +111,18 @@ void write_drrs(const DrrJob& job, Backend& backend) {
     write_views(job.folder.stage("views.json"), job.views, image_names(job.views));
 }
 
-/// As a detector gives them; the previews show what is read of that.
+/// As a detector gives them; the previews show what is read of that. A model takes one volume: what has moved is
+/// resampled into the grid of the CT.
 void write_counted(const DrrJob& job) {
     const DrrOptions& options = job.options;
     const XrayModel model = detector_model(options.detector);
+    Volume whole = job.objects.front().volume;
+    for (std::size_t k = 1; k < job.objects.size(); ++k) {
+        add_resampled(whole, job.objects.front().world_from_ct, job.objects[k].volume, job.objects[k].world_from_ct);
+    }
     const std::vector<XrayExposure> list =
-        exposures(model, options.detector, job.objects.front().volume, options.volume, job.views,
-                  job.objects.front().world_from_ct, projector_from_name(options.backend.projector));
+        exposures(model, options.detector, whole, options.volume, job.views, job.objects.front().world_from_ct,
+                  projector_from_name(options.backend.projector));
     for (std::size_t i = 0; i < job.views.size(); ++i) {
         stop_if_interrupted();
         const RawXray counts = detected(model, list[i], seed_of_view(options.seed, i));
@@ -144,9 +150,6 @@ std::string moved_pose_name(const PlacedObject& object) { return "pose_" + objec
 
 int run_drr(const DrrOptions& options) {
     settle_conflicts(options.articulation, options.volume);
-    if (!options.articulation.moves.empty() && !options.detector.is_ideal()) {
-        throw Error("--move is for ideal detectors: leave --xray out");
-    }
     settle_conflicts(options.volume);
     settle_conflicts(options.backend);
     settle_conflicts(options.detector, options.backend);

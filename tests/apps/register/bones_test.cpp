@@ -76,6 +76,31 @@ TEST_F(BonesProgram, LeavesAPoseAVerdictAndAnErrorForEach) {
     EXPECT_THAT(result.out, AllOf(HasSubstr("low"), HasSubstr("label_2"), HasSubstr("joint")));
 }
 
+TEST_F(BonesProgram, AJointsLimitAndCollisionsAreReported) {
+    const test::ProgramResult result =
+        run({"--labels", folder.path("labels.mha"), "--object", "1", "--object", "2", "--joint", "label_1,label_2=5,5",
+             "--rest", "body", "--backend", "cpu", "--json"});
+    ASSERT_LE(result.exit_code, 1) << result.err;
+    const Json report = Json::parse(result.out);
+    const Json& joint = report["joints"].at(0);
+    EXPECT_EQ(joint["limit"]["apart_mm"], 5);
+    EXPECT_EQ(joint["limit"]["turned_deg"], 5);
+    EXPECT_LT(joint["since_ct"]["apart_mm"], 2);  // they moved as one
+    EXPECT_EQ(joint["limit"]["used"].get<bool>(), true) << report["verdict"];
+    EXPECT_TRUE(report["collisions"].is_array());
+    EXPECT_THAT(test::read_text(folder.path("result/report.html")), HasSubstr("\"objects\":[{\"label\":\"label_1\""));
+}
+
+TEST_F(BonesProgram, SplitsACtWithoutAMapIntoBones) {
+    const test::ProgramResult result = run({"--segment-bones", "--object", "all-bones", "--rest", "still", "--backend",
+                                            "cpu", "--json", "--search", "none"});
+    ASSERT_LE(result.exit_code, 1) << result.err;
+    const Json report = Json::parse(result.out);
+    EXPECT_THAT(report["objects"][0]["name"].get<std::string>(), testing::StartsWith("middle_"));
+    EXPECT_THAT(test::read_text(folder.path("result/bones.csv")), HasSubstr("1,middle_1\n"));
+    EXPECT_THAT(test::names_in(folder.path("result")), Contains("bones.nii.gz"));
+}
+
 TEST_F(BonesProgram, AnObjectThatDrrMovedIsFoundWhereItIs) {
     const auto simulate = [&](const std::string& into, const std::vector<std::string>& more) {
         std::vector<std::string> arguments{"drr",
@@ -124,7 +149,38 @@ TEST_F(BonesProgram, AnObjectThatDrrMovedIsFoundWhereItIs) {
     EXPECT_LT(found["tre"]["final_mtre_mm"], 0.7) << found["verdict"];  // voxels of 3.5 mm
     EXPECT_EQ(simulate("bad", {"--by", "4,4"}).exit_code, 2);
     EXPECT_EQ(simulate("bad", {"--move", "1", "--by", "4"}).exit_code, 2);
-    EXPECT_EQ(simulate("bad", {"--move", "1", "--xray", "c-arm"}).exit_code, 2);
+}
+
+TEST_F(BonesProgram, AModelsXrayShowsWhatHasMoved) {
+    const auto counted = [&](const std::string& into, const std::string& by) {
+        const test::ProgramResult result = test::run_raylign({"drr",
+                                                              "-v",
+                                                              folder.path("spine.mha"),
+                                                              "--attenuation",
+                                                              "--labels",
+                                                              folder.path("labels.mha"),
+                                                              "--views",
+                                                              folder.path("geometry.json"),
+                                                              "--pose",
+                                                              folder.path("start.json"),
+                                                              "--move",
+                                                              "1",
+                                                              "--by",
+                                                              by,
+                                                              "--seed",
+                                                              "5",
+                                                              "--xray",
+                                                              "c-arm",
+                                                              "--noise",
+                                                              "0",
+                                                              "-o",
+                                                              folder.path(into)});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return test::read_text(folder.path(into + "/drr_AP.tif"));
+    };
+    const std::string still = counted("still", "0,0");
+    EXPECT_EQ(still, counted("again", "0,0"));
+    EXPECT_NE(still, counted("moved", "6,6"));
 }
 
 TEST_F(BonesProgram, RestThatStaysIsNotJudged) {

@@ -1,13 +1,11 @@
-#include "apps/tools/articulated.h"
+#include "apps/shared/articulated.h"
 
 #include <numbers>
 
 #include "apps/shared/parse.h"
 #include "core/base/error.h"
-#include "core/base/random.h"
 #include "core/io/files/text.h"
 #include "core/io/views/view_files.h"
-#include "core/io/volumes/labelled_objects.h"
 #include "core/registration/object/pose_space.h"
 #include "raylign/intensity.h"
 #include "raylign/io/pose.h"
@@ -38,28 +36,6 @@ Move move_of(const std::string& argument) {
     return move;
 }
 
-struct Limits {
-    double mm = 5, deg = 5;
-};
-
-Limits limits_of(const std::string& text) {
-    if (text.empty()) return {};
-    const std::vector<double> numbers = parse_numbers(text, 2, "--by");
-    if (!(numbers[0] >= 0 && numbers[0] <= kLargest_mm && numbers[1] >= 0 && numbers[1] <= kLargest_deg)) {
-        throw bad_value("--by", text, "MM in [0, 500] and DEG in [0, 180]");
-    }
-    return {numbers[0], numbers[1]};
-}
-
-RigidTransform random_motion(const Limits& limits, const Eigen::Vector3d& centre_world_mm, Random& random) {
-    Twist twist;
-    for (int i = 0; i < 6; ++i) {
-        const double limit = i < 3 ? limits.deg * std::numbers::pi / 180 : limits.mm;
-        twist[i] = random.uniform(-limit, limit);
-    }
-    return exp_about(twist, centre_world_mm);
-}
-
 }  // namespace
 
 void settle_conflicts(const ArticulationFlags& flags, const VolumeFlags& volume) {
@@ -68,28 +44,47 @@ void settle_conflicts(const ArticulationFlags& flags, const VolumeFlags& volume)
     if (volume.labels.empty()) throw Error("--move " + flags.moves.front() + " needs the map: give --labels FILE");
     if (!volume.label.empty()) throw Error("--label contradicts --move: it names the labels");
     if (volume.bone_threshold) throw Error("--bone-threshold contradicts --move: tissue is shown, too");
-    (void)limits_of(flags.by);
+    (void)motion_limits(flags);
     for (const std::string& argument : flags.moves) (void)move_of(argument);
+}
+
+MotionLimits motion_limits(const ArticulationFlags& flags) {
+    if (flags.by.empty()) return {};
+    const std::vector<double> numbers = parse_numbers(flags.by, 2, "--by");
+    if (!(numbers[0] >= 0 && numbers[0] <= kLargest_mm && numbers[1] >= 0 && numbers[1] <= kLargest_deg)) {
+        throw bad_value("--by", flags.by, "MM in [0, 500] and DEG in [0, 180]");
+    }
+    return {numbers[0], numbers[1]};
+}
+
+RigidTransform random_motion(const MotionLimits& limits, const Eigen::Vector3d& centre_world_mm, Random& random) {
+    Twist twist;
+    for (int i = 0; i < 6; ++i) {
+        const double limit = i < 3 ? limits.deg * std::numbers::pi / 180 : limits.mm;
+        twist[i] = random.uniform(-limit, limit);
+    }
+    return exp_about(twist, centre_world_mm);
+}
+
+LabelledObjects cut_moving(const ArticulationFlags& flags, const VolumeFlags& volume, const Volume& ct) {
+    const HuPreset& preset = volume.hu_preset.empty() ? hu_presets().front() : hu_preset(volume.hu_preset);
+    ObjectCut cut{volume.labels, volume.label_table, {}, attenuation_from_hu(0, preset), true};
+    for (const std::string& argument : flags.moves) cut.objects.push_back(move_of(argument).object);
+    return cut_objects(ct, cut);
 }
 
 std::vector<PlacedObject> articulated(const ArticulationFlags& flags, const VolumeFlags& volume, const Volume& ct,
                                       const RigidTransform& world_from_ct, std::uint64_t seed) {
-    const HuPreset& preset = volume.hu_preset.empty() ? hu_presets().front() : hu_preset(volume.hu_preset);
-    ObjectCut cut{volume.labels, volume.label_table, {}, attenuation_from_hu(0, preset), true};
-    std::vector<Move> moves;
-    for (const std::string& argument : flags.moves) {
-        moves.push_back(move_of(argument));
-        cut.objects.push_back(moves.back().object);
-    }
-    LabelledObjects found = cut_objects(ct, cut);
-    const Limits limits = limits_of(flags.by);
+    LabelledObjects found = cut_moving(flags, volume, ct);
+    const MotionLimits limits = motion_limits(flags);
     Random random(seed);
     std::vector<PlacedObject> placed{{"rest", std::move(*found.rest), world_from_ct}};
-    for (std::size_t k = 0; k < moves.size(); ++k) {
+    for (std::size_t k = 0; k < flags.moves.size(); ++k) {
         Volume& own = found.objects[k];
         const Eigen::Vector3d centre_world_mm = world_from_ct * object_extent(own).centre_ct_mm;
         const RigidTransform motion = random_motion(limits, centre_world_mm, random);
-        const RigidTransform pose = moves[k].pose.empty() ? motion * world_from_ct : read_pose(moves[k].pose);
+        const Move move = move_of(flags.moves[k]);
+        const RigidTransform pose = move.pose.empty() ? motion * world_from_ct : read_pose(move.pose);
         placed.push_back({found.names[k], std::move(own), pose});
     }
     return placed;
