@@ -95,16 +95,19 @@ int run_one_trial(const Study& study, long long trial) {
     if (trial < 0 || trial >= count) {
         throw bad_value("--trial", std::to_string(trial), "in [0, " + std::to_string(count - 1) + "]");
     }
-    std::cout << trial_line(run_trial(study, static_cast<std::size_t>(trial), {.stop = interrupt_token()})) << "\n";
+    for (const TrialRecord& record : run_trial(study, static_cast<std::size_t>(trial), {.stop = interrupt_token()})) {
+        if (record.trial == static_cast<std::size_t>(trial)) std::cout << trial_line(record) << "\n";
+    }
     return 0;
 }
 
 void check_outputs(const StudyOptions& options) {
     if (options.trial) return;
     if (options.output.folder.empty()) throw Error("-o is required (unless --trial runs a single one)");
-    refuse_to_overwrite(
-        {options.volume.file, options.views, options.truth.truth, options.truth.targets, options.detector.spectrum},
-        options.output.folder, {kJournal, "study.csv", "study.json", "study_starts.json", "study.html"});
+    refuse_to_overwrite({options.volume.file, options.volume.labels, options.views, options.truth.truth,
+                         options.truth.targets, options.detector.spectrum},
+                        options.output.folder,
+                        {kJournal, "study.csv", "study.json", "study_starts.json", "study.html"});
 }
 
 int run_study_with_ranks(const StudyOptions& options, const Invocation& invocation, Ranks& ranks) {
@@ -136,6 +139,16 @@ void add_protocol_flags(CLI::App& command, StudyOptions& options) {
                                 "Register with these views, names with commas; repeat it for more sets;\n"
                                 "default all views together"),
              "NAMES", kStartGroup);
+    describe(command.add_option("--move", options.articulation.moves,
+                                "Object of --labels that every trial moves at random against the rest; all are\n"
+                                "registered together, success is told of each; may be repeated; default none"),
+             "NAME ...", kStartGroup);
+    describe(command.add_option("--by", options.articulation.by,
+                                "Largest random shift and turn of --move, per axis; default 5,5"),
+             "MM,DEG", kStartGroup);
+    describe(
+        command.add_option("--rest", options.rest, "With --move, as in register: body, still or none; default none"),
+        "NAME", kStartGroup);
     add_detector_flags(command, options.detector, kStartGroup);
     add_seed_flag(command, options.method.seed, "Of starts and noise", kStartGroup);
     describe(command.add_option("--trial", options.trial,
@@ -191,6 +204,8 @@ void add_study_command(CLI::App& app, Job& job) {
                    "  raylign study -v ct.nii.gz --views views.json --truth pose.json --noise 20000 -o study\n"
                    "  raylign study -v ct.nii.gz --views views.json --truth pose.json --xray c-arm -o study\n"
                    "  raylign study -v ct.nii.gz --views views.json --truth pose.json --preset paper-table3 -o table3\n"
+                   "  raylign study -v ct.nii.gz --labels seg.nii.gz --move vertebrae_L3 --move vertebrae_L4 --by 5,5\n"
+                   "                --views views.json --truth pose.json -o bones\n"
                    "  raylign study ... --bins 0:4:40 --per-bin 50 --view AP --view AP,LAT --backend cpu,gl -o study\n"
                    "  mpirun -n 8 raylign study ... -o study        the same study, its trials on 8 processes\n"
                    "  raylign study ... --trial 17                  one trial again, alone");

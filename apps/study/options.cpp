@@ -80,8 +80,8 @@ std::string preset_names() {
 }
 
 std::string case_label(const StudyCase& study_case) {
-    return joined(study_case.views, "+") + ", " + study_case.backend + ", " + study_case.method + ", " +
-           study_case.metric;
+    return (study_case.object.empty() ? "" : study_case.object + ": ") + joined(study_case.views, "+") + ", " +
+           study_case.backend + ", " + study_case.method + ", " + study_case.metric;
 }
 
 const std::vector<StudyPreset>& study_presets() {
@@ -102,6 +102,33 @@ const std::vector<StudyPreset>& study_presets() {
          20000}};
     return presets;
 }
+
+namespace {
+
+/// What several objects at once leave no room for.
+void settle_objects(const StudyOptions& options) {
+    settle_conflicts(options.articulation, options.volume);
+    const std::string& rest = options.rest;
+    if (rest != "" && rest != "body" && rest != "still" && rest != "none") {
+        throw bad_value("--rest", rest, "body, still or none");
+    }
+    if (options.articulation.moves.empty()) {
+        if (!rest.empty()) throw Error("--rest has no meaning without --move");
+        return;
+    }
+    for (const std::string& move : options.articulation.moves) {
+        if (move.find('=') != std::string::npos) {
+            throw Error("--move " + move + ": in a study objects move at random, a pose has no meaning");
+        }
+    }
+    if (!options.truth.targets.empty()) throw Error("--targets is for one object: leave it out with --move");
+    for (const std::string& method : parse_list(options.method.name, "--method")) {
+        if (method == "auto" || method == "gauss-newton") continue;
+        throw bad_value("--method with --move", method, "auto or gauss-newton");
+    }
+}
+
+}  // namespace
 
 StudyOptions settled(StudyOptions options) {
     if (!options.preset.empty()) {
@@ -125,6 +152,7 @@ StudyOptions settled(StudyOptions options) {
     if (options.method.metric.empty()) options.method.metric = "gc";
     if (!options.detector.noise_photons && options.detector.is_ideal()) options.detector.noise_photons = 0;
 
+    settle_objects(options);
     settle_conflicts(options.volume);
     settle_conflicts(options.backend);
     if (options.per_bin < 1 || options.per_bin > kMostPerBin) {
@@ -147,7 +175,7 @@ StudyBins parse_bins(const std::string& text) {
 }
 
 std::vector<StudyCase> study_cases(const StudyOptions& options, const std::vector<std::string>& view_names,
-                                   std::vector<LeftOut>& left_out) {
+                                   const std::vector<std::string>& object_names, std::vector<LeftOut>& left_out) {
     std::vector<std::string> sets = options.view_sets;
     if (sets.empty()) {
         sets = options.preset.empty() ? std::vector<std::string>{joined(view_names, ",")} : single_and_all(view_names);
@@ -162,7 +190,11 @@ std::vector<StudyCase> study_cases(const StudyOptions& options, const std::vecto
         const std::vector<std::string> views = views_of_set(set, view_names);
         for (const std::string& method : methods) {
             for (const std::string& metric : metrics) {
-                for (const std::string& backend : backends) cases.push_back({views, backend, method, metric});
+                for (const std::string& backend : backends) {
+                    for (const std::string& object : object_names) {
+                        cases.push_back({views, backend, method, metric, object});
+                    }
+                }
             }
         }
     }

@@ -23,7 +23,7 @@ PageOverlay picture_of(const Study& study, const TrialRecord& record, const std:
     const StudyCase& study_case = study.cases[record.study_case];
     const View view = trial_views(study, study_case, record.seed).front();
     const auto session = study.backends[record.study_case]->prepare(
-        {study.volume, {&view, 1}, render_settings(study.options.backend), {}});
+        {volume_of(study, study_case), {&view, 1}, render_settings(study.options.backend), {}});
     const RigidTransform start = start_of_trial(study, trial_place(study, record.trial)).world_from_ct;
     return page_overlay(case_label(study_case) + ": trial " + std::to_string(record.trial) +
                             format(", %.3g mm mTRE", record.final_mtre_mm),

@@ -100,8 +100,10 @@ void read_member(const Json& json, T& value) {
     value = json.get<T>();
 }
 
-std::string csv_header() {
-    std::string line = "trial,views,backend,method,metric,low_mm,high_mm,repetition,seed";
+std::string csv_header(const Study& study) {
+    std::string line = "trial,views,backend,method,metric,";
+    if (!study.objects.empty()) line += "object,";
+    line += "low_mm,high_mm,repetition,seed";
     TrialRecord record;
     visit_results(record, [&](const char* name, auto&) { line += std::string(",") + name; });
     for (int r = 0; r < 3; ++r) {
@@ -119,6 +121,7 @@ std::string csv_row(const Study& study, const TrialRecord& record) {
     for (const std::string& text : {joined(studied.views, "+"), studied.backend, studied.method, studied.metric}) {
         add(cell_text(text));
     }
+    if (!study.objects.empty()) add(cell_text(studied.object));
     add(cell_text(interval.low_mm));
     add(cell_text(interval.high_mm));
     add(std::to_string(record.repetition));
@@ -157,7 +160,7 @@ TrialRecord trial_from_line(const std::string& line) {
 }
 
 std::string trials_csv(const Study& study, const std::vector<TrialRecord>& records) {
-    std::string text = csv_header();
+    std::string text = csv_header(study);
     for (const TrialRecord& record : records) text += csv_row(study, record);
     return text;
 }

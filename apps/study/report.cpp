@@ -11,10 +11,12 @@ namespace raylign::detail::apps {
 namespace {
 
 Json json_of(const StudyCase& study_case) {
-    return {{"views", study_case.views},
-            {"backend", study_case.backend},
-            {"method", study_case.method},
-            {"metric", study_case.metric}};
+    Json json = {{"views", study_case.views},
+                 {"backend", study_case.backend},
+                 {"method", study_case.method},
+                 {"metric", study_case.metric}};
+    if (!study_case.object.empty()) json["object"] = study_case.object;
+    return json;
 }
 
 Json json_of(const Percentiles& p) {
@@ -89,7 +91,8 @@ Json agreement(const Study& study, const StudyJournal& journal) {
     for (std::size_t b = 1; b < study.cases.size(); ++b) {
         const StudyCase& other = study.cases[b];
         const auto first = std::ranges::find_if(study.cases, [&](const StudyCase& c) {
-            return c.views == other.views && c.method == other.method && c.metric == other.metric;
+            return c.views == other.views && c.method == other.method && c.metric == other.metric &&
+                   c.object == other.object;
         });
         const auto a = static_cast<std::size_t>(first - study.cases.begin());
         if (a == b) continue;
@@ -99,7 +102,7 @@ Json agreement(const Study& study, const StudyJournal& journal) {
             const auto twin = journal.trials().find(record->trial - b + a);
             if (twin == journal.trials().end()) continue;
             apart_mm.push_back(
-                mean_target_error_mm(record->world_from_ct, twin->second.world_from_ct, study.targets_ct_mm));
+                mean_target_error_mm(record->world_from_ct, twin->second.world_from_ct, targets_of(study, other)));
             differ += record->success != twin->second.success ? 1 : 0;
         }
         if (apart_mm.empty()) continue;
@@ -125,30 +128,37 @@ Json labels_json(const std::vector<std::string>& labels) {
 /// Everything but the inputs' bytes and the cases that decides a trial's result.
 Json settings(const Study& study) {
     const StudyOptions& options = study.options;
-    return {{"preset", options.preset},
-            {"bins", options.bins},
-            {"per_bin", options.per_bin},
-            {"xray", options.detector.xray},
-            {"noise_photons", or_null(options.detector.noise_photons)},
-            {"seed", options.method.seed},
-            {"projector", options.backend.projector},
-            {"step_mm", options.backend.step_mm},
-            {"storage", options.backend.storage},
-            {"levels", options.method.levels},
-            {"max_iterations", options.method.max_iterations},
-            {"hu_preset", options.volume.hu_preset},
-            {"hu_offset", options.volume.hu_offset},
-            {"attenuation", options.volume.attenuation},
-            {"spacing", options.volume.spacing},
-            {"label", labels_json(options.volume.label)},
-            {"object", options.volume.object},
-            {"bone_threshold", or_null(options.volume.bone_threshold)},
-            {"clip", or_null(options.volume.clip)},
-            {"interpolation", options.backend.interpolation},
-            {"crop", options.backend.crop},
-            {"slices", options.backend.slices},
-            {"reduction", options.backend.reduction},
-            {"readback", options.backend.readback}};
+    Json json = {{"preset", options.preset},
+                 {"bins", options.bins},
+                 {"per_bin", options.per_bin},
+                 {"xray", options.detector.xray},
+                 {"noise_photons", or_null(options.detector.noise_photons)},
+                 {"seed", options.method.seed},
+                 {"projector", options.backend.projector},
+                 {"step_mm", options.backend.step_mm},
+                 {"storage", options.backend.storage},
+                 {"levels", options.method.levels},
+                 {"max_iterations", options.method.max_iterations},
+                 {"hu_preset", options.volume.hu_preset},
+                 {"hu_offset", options.volume.hu_offset},
+                 {"attenuation", options.volume.attenuation},
+                 {"spacing", options.volume.spacing},
+                 {"label", labels_json(options.volume.label)},
+                 {"object", options.volume.object},
+                 {"bone_threshold", or_null(options.volume.bone_threshold)},
+                 {"clip", or_null(options.volume.clip)},
+                 {"interpolation", options.backend.interpolation},
+                 {"crop", options.backend.crop},
+                 {"slices", options.backend.slices},
+                 {"reduction", options.backend.reduction},
+                 {"readback", options.backend.readback}};
+    if (!study.objects.empty()) {
+        const MotionLimits limits = motion_limits(options.articulation);
+        json["move"] = labels_json(options.articulation.moves);
+        json["by"] = {{"shift_mm", limits.mm}, {"turn_deg", limits.deg}};
+        json["rest"] = options.rest.empty() ? "none" : options.rest;
+    }
+    return json;
 }
 
 }  // namespace
@@ -186,7 +196,9 @@ std::string study_json(const Study& study, const StudyJournal& journal, const In
     for (std::size_t v = 0; v < study.views.size(); ++v) {
         if (study.is_simulated[v] != 0) report["simulated_views"].push_back(study.views[v].name);
     }
-    report["targets"] = study.targets_ct_mm.size();
+    std::size_t targets = study.objects.empty() ? study.targets_ct_mm.size() : 0;
+    for (const StudyObject& object : study.objects) targets += object.targets_ct_mm.size();
+    report["targets"] = targets;
     report["true_world_from_ct"] = matrix_json(study.true_world_from_ct);
     report["cases"] = Json::array();
     for (std::size_t c = 0; c < study.cases.size(); ++c) report["cases"].push_back(case_json(study, journal, c));
@@ -211,8 +223,9 @@ std::string study_json(const Study& study, const StudyJournal& journal, const In
 
 std::string study_starts_json(const Study& study) {
     Json list = Json::array();
-    for (std::size_t t = 0; t < study.trial_count(); t += study.cases.size()) {
+    for (std::size_t t = 0; t < study.trial_count(); ++t) {
         const TrialPlace place = trial_place(study, t);
+        if (place.study_case >= study.together()) continue;  // begins where one before it does
         const StudyStart start = start_of_trial(study, place);
         list.push_back({{"first_trial", t},
                         {"interval", place.interval},
@@ -220,6 +233,10 @@ std::string study_starts_json(const Study& study) {
                         {"seed", start.seed},
                         {"initial_mtre_mm", start.initial_mtre_mm},
                         {"world_from_ct", matrix_json(start.world_from_ct)}});
+        if (study.objects.empty()) continue;
+        const StudyCase& study_case = study.cases[place.study_case];
+        list.back()["object"] = study_case.object;
+        list.back()["true_world_from_ct"] = matrix_json(true_pose_of(study, study_case, start.seed));
     }
     return indented({{"raylign", RAYLIGN_VERSION}, {"cases", study.cases.size()}, {"starts", list}}, 1);
 }

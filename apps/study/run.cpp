@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <deque>
+#include <sstream>
 
 #include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
@@ -17,10 +18,33 @@ constexpr int kHandedOutAhead = 2;  // one to work on and one to go on with: no 
 
 std::deque<std::size_t> unfinished(const Study& study, const StudyJournal& journal) {
     std::deque<std::size_t> trials;
-    for (std::size_t t = 0; t < study.trial_count(); ++t) {
-        if (!journal.trials().contains(t)) trials.push_back(t);
+    const std::size_t together = study.together();
+    for (std::size_t first = 0; first < study.trial_count(); first += together) {
+        std::size_t done = 0;
+        for (std::size_t t = first; t < first + together; ++t) done += journal.trials().contains(t) ? 1 : 0;
+        if (done < together) trials.push_back(first);
     }
     return trials;
+}
+
+/// Those that a run broken off while it wrote has left are the same again.
+void append_new_records(StudyJournal& journal, const std::vector<TrialRecord>& records) {
+    for (const TrialRecord& record : records) {
+        if (!journal.trials().contains(record.trial)) journal.append(record);
+    }
+}
+
+std::string lines_of(const std::vector<TrialRecord>& records) {
+    std::string lines;
+    for (const TrialRecord& record : records) lines += trial_line(record) + "\n";
+    return lines;
+}
+
+std::vector<TrialRecord> records_from(const std::string& lines) {
+    std::vector<TrialRecord> records;
+    std::istringstream stream(lines);
+    for (std::string line; std::getline(stream, line);) records.push_back(trial_from_line(line));
+    return records;
 }
 
 class Pace {
@@ -47,14 +71,15 @@ void stop_study_if_interrupted() {
     }
 }
 
-TrialRecord run_unless_interrupted(const Study& study, std::size_t trial, const std::function<void()>& meanwhile) {
+std::vector<TrialRecord> run_unless_interrupted(const Study& study, std::size_t trial,
+                                                const std::function<void()>& meanwhile) {
     stop_study_if_interrupted();
-    TrialRecord record = run_trial(study, trial, {.stop = interrupt_token(), .meanwhile = meanwhile});
+    std::vector<TrialRecord> records = run_trial(study, trial, {.stop = interrupt_token(), .meanwhile = meanwhile});
     stop_study_if_interrupted();
-    return record;
+    return records;
 }
 
-/// Rank 0's side: which trials are out, and what comes back.
+/// Rank 0's side: which registrations are out, by their first trials, and what comes back.
 class Dispatcher {
 public:
     Dispatcher(const Study& study, StudyJournal& journal, Ranks& ranks, const Pace& pace)
@@ -84,7 +109,7 @@ private:
         ++outstanding_;
     }
     void take(const RankMessage& message) {
-        journal_.append(trial_from_line(message.text));
+        append_new_records(journal_, records_from(message.text));
         --outstanding_;
         hand_out(message.from);
         pace_.tell(journal_);
@@ -131,7 +156,7 @@ void run_alone(const Study& study, StudyJournal& journal, const StudyCallback& p
     const Pace pace(study, journal, progress);
     pace.tell(journal);
     for (const std::size_t trial : unfinished(study, journal)) {
-        journal.append(run_unless_interrupted(study, trial, [] {}));
+        append_new_records(journal, run_unless_interrupted(study, trial, [] {}));
         pace.tell(journal);
     }
 }
@@ -141,9 +166,9 @@ void run_as_first(const Study& study, StudyJournal& journal, Ranks& ranks, const
     pace.tell(journal);
     Dispatcher dispatcher(study, journal, ranks, pace);
     while (dispatcher.has_work()) {
-        const TrialRecord own =
+        const std::vector<TrialRecord> own =
             run_unless_interrupted(study, dispatcher.next(), [&dispatcher] { dispatcher.take_results(); });
-        journal.append(own);
+        append_new_records(journal, own);
         pace.tell(journal);
         dispatcher.take_results();
     }
@@ -155,7 +180,7 @@ void run_as_worker(const Study& study, Ranks& ranks) {
     for (;;) {
         const RankMessage message = ranks.wait();
         if (message.text == kNoMore) return;
-        ranks.send(0, trial_line(run_unless_interrupted(study, std::stoull(message.text), [] {})));
+        ranks.send(0, lines_of(run_unless_interrupted(study, std::stoull(message.text), [] {})));
     }
 }
 

@@ -13,12 +13,20 @@
 
 namespace raylign::detail::apps {
 
+/// An object that every trial moves.
+struct StudyObject {
+    std::string name;
+    Volume volume;
+    std::vector<Eigen::Vector3d> targets_ct_mm;
+};
+
 /// Everything that trials are made from. Trials are numbered from 0: cases innermost, then intervals, then repetitions,
 /// so that a study stopped half-way has as many trials of each case and interval.
 struct Study {
     StudyOptions options;
-    Volume volume;
-    std::vector<View> views;         ///< of the file; images: the file's, or simulated without noise (ideal)
+    Volume volume;                     ///< with objects what is left of the CT
+    std::vector<StudyObject> objects;  ///< of --move
+    std::vector<View> views;         ///< of the file; images: the file's, or simulated without noise (ideal) of volume
     std::vector<char> is_simulated;  ///< per view
     std::string simulation;          ///< how, in words; "" where no view is simulated
     XrayModel xray;
@@ -34,6 +42,8 @@ struct Study {
     std::vector<std::filesystem::path> files;
     InputHashes hashes;  ///< of the files
 
+    /// Trials that one registration makes: one per object, numbered one after the other.
+    [[nodiscard]] std::size_t together() const { return objects.empty() ? 1 : objects.size(); }
     [[nodiscard]] std::size_t trial_count() const { return intervals.size() * cases.size() * options.per_bin; }
 };
 
@@ -47,7 +57,14 @@ struct TrialPlace {
 /// registration's (trilinear with steps of 0.4 voxels, or joseph), on the full grid. Throws Error as the parts do.
 [[nodiscard]] Study set_up_study(const StudyOptions& settled_options);
 
-/// One view set of a case, its X-rays with the noise of this trial.
+/// Where the case's object is among those of the study; none where there are none.
+[[nodiscard]] std::optional<std::size_t> object_of(const Study& study, const StudyCase& study_case);
+[[nodiscard]] const Volume& volume_of(const Study& study, const StudyCase& study_case);
+[[nodiscard]] const std::vector<Eigen::Vector3d>& targets_of(const Study& study, const StudyCase& study_case);
+/// Of the case's object in the trial of this seed: moved at random about its centre.
+[[nodiscard]] RigidTransform true_pose_of(const Study& study, const StudyCase& study_case, std::uint64_t seed);
+
+/// One view set of a case, its X-rays with objects and noise of this trial.
 [[nodiscard]] std::vector<View> trial_views(const Study& study, const StudyCase& study_case, std::uint64_t seed);
 
 /// Geometry of the views that a case uses, in its order.

@@ -52,7 +52,7 @@ std::string case_summary(const Study& study, const StudyJournal& journal, std::s
 
 std::string study_summary(const Study& study, const StudyJournal& journal) {
     std::string text;
-    if (!study.exposures.empty()) text += "X-rays: " + study.simulation + "\n";
+    if (!study.options.detector.is_ideal()) text += "X-rays: " + study.simulation + "\n";
     for (std::size_t c = 0; c < study.cases.size(); ++c) text += case_summary(study, journal, c);
     for (const LeftOut& left_out : study.left_out) text += "left out: " + left_out.name + ": " + left_out.reason + "\n";
     return text;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "apps/study/setup.h"
 #include "raylign/registration.h"
@@ -25,9 +26,11 @@ struct TrialRecord {
     double total_s = 0, prepare_s = 0, drr_s = 0, gradient_s = 0, reduction_s = 0, transfer_s = 0, optimizer_s = 0;
 };
 
-/// Where `control` stops it, the record is of the best pose until then.
-[[nodiscard]] TrialRecord run_trial(const Study& study, std::size_t trial, const RunControl& control);
+/// The trials of the registration that this one is of: itself, or one per object of those registered together. Where
+/// `control` stops it, a record is of the best pose until then.
+[[nodiscard]] std::vector<TrialRecord> run_trial(const Study& study, std::size_t trial, const RunControl& control);
 
+/// Of several objects each starts off by its own; the seed is that of them all.
 [[nodiscard]] StudyStart start_of_trial(const Study& study, const TrialPlace& place);
 
 /// For the statistics.

@@ -192,11 +192,16 @@ def check_rivals(run, check, backend):
 
 def check_bones(run, check, work, backend):
     run("phantom", "box", "--size", 24, "--spacing", 4, "-o", "box.mha")
-    bones = ["--bone", "hip=spine.mha", "--bone", "knee=box.mha", "--attenuation", *backend, "--joint", "hip,knee"]
+    bones = ["--bone", "hip=spine.mha", "--bone", "knee=box.mha", "--attenuation", *backend, "--joint", "hip,knee=9,9"]
     poses = ["--start", "pose.json", "--truth", "hip=pose.json", "--search", "none"]
     run("register", *bones, *poses, "--views", "xrays/views.json", "--quiet", "-o", "bones", codes=(0, 1))
     check.folder(work / "bones", objects=("hip", "knee"))
     check.json("report.json of several objects", (work / "bones/report.json").read_text())
+    split = ["-v", "spine.mha", "--attenuation", *backend, "--segment-bones", "--object", "all-bones"]
+    run("register", *split, *poses[:2], "--search", "none", "--views", "xrays/views.json", "--quiet", "-o", "split",
+        codes=(0, 1))
+    names = [line.split(",")[1] for line in (work / "split/bones.csv").read_text().splitlines()]
+    check.folder(work / "split", objects=names)
 
 
 def check_study(run, check, work, backends, threads):
@@ -207,8 +212,14 @@ def check_study(run, check, work, backends, threads):
     check.json("study.json", (work / "study/study.json").read_text())
     check.json("study_starts.json", (work / "study/study_starts.json").read_text())
     check.csv("study.csv", work / "study/study.csv")
-    for line in (work / "study/study.journal").read_text().splitlines():
-        check.json("study.journal", line)
+    moved = ["--labels", "split/bones.nii.gz", "--labels-table", "split/bones.csv", "--move", "middle_1"]
+    run("study", *scene, *moved, "--bins", "0:4:4", "--per-bin", 1, "--backend", backends[0], *threads, "-o", "moved")
+    check.json("study.json", (work / "moved/study.json").read_text())
+    check.json("study_starts.json", (work / "moved/study_starts.json").read_text())
+    check.csv("study.csv", work / "moved/study.csv")
+    for folder in ("study", "moved"):
+        for line in (work / folder / "study.journal").read_text().splitlines():
+            check.json("study.journal", line)
 
 
 def check_track(run, check, work, backend):
