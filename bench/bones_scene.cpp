@@ -1,5 +1,6 @@
 #include "bench/bones_scene.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>

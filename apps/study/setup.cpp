@@ -1,6 +1,7 @@
 #include "apps/study/setup.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "apps/shared/append.h"
 #include "apps/shared/interrupt.h"

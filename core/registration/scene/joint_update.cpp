@@ -1,7 +1,9 @@
 #include "core/registration/scene/joint_update.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"
