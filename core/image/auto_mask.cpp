@@ -7,6 +7,7 @@
 #include "core/base/text.h"
 #include "core/image/components.h"
 #include "core/image/convex_hull.h"
+#include "core/image/mark_contrast.h"
 
 namespace raylign::detail {
 namespace {
@@ -44,11 +45,13 @@ Range range_of(const Image& image) {
     std::vector<float> values;
     std::ranges::copy_if(image.pixels, std::back_inserter(values), [](float v) { return std::isfinite(v); });
     if (values.empty()) return {};
-    std::ranges::sort(values);
     const auto at = [&](double share) {
-        return static_cast<double>(values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))]);
+        const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        std::nth_element(values.begin(), place, values.end());
+        return static_cast<double>(*place);
     };
-    return {at(0.001), at(0.999)};
+    const double low = at(0.001);
+    return {low, at(0.999)};
 }
 
 double share_of_zeros(const Image& weights) {
@@ -166,34 +169,6 @@ std::size_t straight_sides(const BrightPiece& piece, const Image& coarse) {
     return sides;
 }
 
-/// How much each pixel stands out from the median around it; 1 = enough for a mark.
-std::vector<double> contrast_of(const Image& coarse, const Range& range, int window) {
-    constexpr double kContrast = 0.25;    // of the range: white letters on tissue
-    constexpr double kLogContrast = 0.9;  // a factor of 2.5: lead on bone, where both are dark; cortical bone has 0.6
-    constexpr double kLogFloor = 0.03;    // of the range: noise in the dark
-    const double least = kContrast * (range.high - range.low), floor = kLogFloor * (range.high - range.low);
-    const int step = std::max(1, window / 4);  // 9 x 9 samples tell the median well enough
-    std::vector<double> contrast(coarse.pixels.size());
-    std::vector<float> around;
-    for (std::size_t i = 0; i < contrast.size(); ++i) {
-        if (!std::isfinite(coarse.pixels[i])) continue;
-        const int x = static_cast<int>(i) % coarse.width, y = static_cast<int>(i) / coarse.width;
-        around.clear();
-        for (int v = y - window; v <= y + window; v += step) {
-            for (int u = x - window; u <= x + window; u += step) {
-                if (u < 0 || v < 0 || u >= coarse.width || v >= coarse.height) continue;
-                if (std::isfinite(coarse(u, v))) around.push_back(coarse(u, v));
-            }
-        }
-        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-        std::nth_element(around.begin(), middle, around.end());
-        const double value = coarse.pixels[i], median = *middle;
-        const double log_contrast = std::log((std::max(value, 0.0) + floor) / (std::max(median, 0.0) + floor));
-        contrast[i] = std::max(std::abs(value - median) / least, std::abs(log_contrast) / kLogContrast);
-    }
-    return contrast;
-}
-
 }  // namespace
 
 AutoMask mask_frame(const Image& intensities, const Image& weights, double least_radius_share) {
@@ -231,10 +206,10 @@ AutoMask mask_marks(const Image& intensities, const Image& weights) {
     const Range range = range_of(coarse);
     if (!(range.high > range.low)) return {};
     const int side = std::max(coarse.width, coarse.height);
-    const std::vector<double> contrast = contrast_of(coarse, range, std::max(4, side / 32));
+    const std::vector<double> contrast = mark_contrast(coarse, range.high - range.low, std::max(4, side / 32));
     // Half the contrast outlines the whole thing: of bones and skin, more than a mark's size.
     std::vector<bool> odd(contrast.size());
-    for (std::size_t i = 0; i < odd.size(); ++i) odd[i] = contrast[i] > 0.5;
+    for (std::size_t i = 0; i < odd.size(); ++i) odd[i] = contrast[i] > kOutlineContrast;
     std::vector<bool> marked(coarse.pixels.size());
     std::size_t found = 0;
     for (const Component& piece : components_of(odd, coarse.width, coarse.height)) {

@@ -81,24 +81,50 @@ std::array<Image, 2> gradient_images(const Image& image, const GradientTaps& tap
             correlate_along_y(correlate_along_x(image, taps.smooth), taps.derivative)};
 }
 
-Image erode_weights(const Image& weights, int radius_px) {
-    const auto zero_nearby = [](const Image& in, int x, int y, int radius, bool along_x) {
-        for (int k = -radius; k <= radius; ++k) {
-            const int px = along_x ? x + k : x, py = along_x ? y : y + k;
-            if (px >= 0 && py >= 0 && px < in.width && py < in.height && in(px, py) == 0) return true;
+namespace {
+
+constexpr int kNever = -(1 << 29);  // where the last zero was before there was one
+
+/// Sets 0 every pixel of `out` in whose row `in` has a zero within `radius`.
+void erode_along_x(const Image& in, int radius, Image& out) {
+    for (int y = 0; y < in.height; ++y) {
+        const float* row = &in.pixels[in.index(0, y)];
+        float* eroded = &out.pixels[out.index(0, y)];
+        int last = kNever;
+        for (int x = 0; x < in.width; ++x) {
+            if (row[x] == 0) last = x;
+            if (x - last <= radius) eroded[x] = 0;
         }
-        return false;
-    };
-    Image rows = weights, out = weights;
-    for (const bool along_x : {true, false}) {
-        const Image& in = along_x ? weights : rows;
-        Image& result = along_x ? rows : out;
-        for (int y = 0; y < in.height; ++y) {
-            for (int x = 0; x < in.width; ++x) {
-                result(x, y) = zero_nearby(in, x, y, radius_px, along_x) ? 0 : weights(x, y);
-            }
+        last = -kNever;
+        for (int x = in.width; x-- > 0;) {
+            if (row[x] == 0) last = x;
+            if (last - x <= radius) eroded[x] = 0;
         }
     }
+}
+
+/// The same of columns, row by row.
+void erode_along_y(const Image& in, int radius, Image& out) {
+    const auto sweep = [&](int y, std::vector<int>& since, int now) {
+        const float* row = &in.pixels[in.index(0, y)];
+        float* eroded = &out.pixels[out.index(0, y)];
+        for (int x = 0; x < in.width; ++x) {
+            if (row[x] == 0) since[x] = now;
+            if (now - since[x] <= radius) eroded[x] = 0;
+        }
+    };
+    std::vector<int> above(in.width, kNever), below(in.width, kNever);
+    for (int y = 0; y < in.height; ++y) sweep(y, above, y);
+    for (int y = in.height; y-- > 0;) sweep(y, below, in.height - 1 - y);
+}
+
+}  // namespace
+
+Image erode_weights(const Image& weights, int radius_px) {
+    Image rows = weights;
+    erode_along_x(weights, radius_px, rows);
+    Image out = weights;
+    erode_along_y(rows, radius_px, out);
     return out;
 }
 
