@@ -228,6 +228,11 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
                                 "Farthest from the extrapolated pose, at the object's rim, without a search;\n"
                                 "default 0: 3 mm + 4 x the median of the last frames (20 mm for the first)"),
              "MM", kSearchGroup);
+    command
+        .add_flag("--thorough", options.is_thorough,
+                  "Register every frame in full, at ten times the time; default: frames whose\n"
+                  "neighbours are sure are found on one level")
+        ->group(kSearchGroup);
     describe(
         command.add_option("--smooth", options.smooth,
                            "Also leave trajectory_smooth.csv, a spline weighted by the expected errors: none, auto\n"

@@ -32,6 +32,7 @@ std::string track_config(const TrackCommandOptions& options, const TrackInputs& 
     const std::vector<ObjectFlags> objects = objects_of(options);
     Json json{
         {"version", RAYLIGN_VERSION},
+        {"rows", 2},  // what a row holds
         {"backend", {backend.name, backend.device, backend.instruction_set, backend.storage, backend.interpolation}},
         {"projector", options.backend.projector},
         {"step_mm", options.backend.step_mm},
@@ -48,6 +49,7 @@ std::string track_config(const TrackCommandOptions& options, const TrackInputs& 
         {"saturation", options.views.saturation},
         {"recover", options.recover},
         {"max_jump_mm", options.max_jump_mm},
+        {"thorough", options.is_thorough},
         {"frame_step", inputs.frame_step}};
     for (const ObjectFlags& object : objects) {
         json["objects"].push_back({{"name", object.name}, {"volume", volume_settings(object.volume)}});

@@ -43,6 +43,9 @@ Json frame_json_exactly(const TrackFrame& frame) {
             {"recovered", frame.recovered},
             {"jumped", frame.jumped},
             {"content", content_name(frame.content)},
+            {"quick", frame.quick},
+            {"quick_view_costs", frame.quick_view_costs},
+            {"quick_agrees", frame.quick_agrees},
             {"reasons", frame.reasons},
             {"time_s", frame.time_s}};
 }
@@ -61,6 +64,9 @@ TrackFrame frame_from(const Json& json) {
     frame.recovered = json.at("recovered").get<bool>();
     frame.jumped = json.at("jumped").get<bool>();
     frame.content = content_from_name(json.at("content").get<std::string>());
+    frame.quick = json.at("quick").get<bool>();
+    frame.quick_view_costs = json.at("quick_view_costs").get<std::vector<double>>();
+    frame.quick_agrees = json.at("quick_agrees").get<bool>();
     frame.reasons = json.at("reasons").get<std::vector<std::string>>();
     frame.time_s = json.at("time_s").get<double>();
     return frame;

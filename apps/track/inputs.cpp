@@ -9,6 +9,7 @@
 #include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
 #include "apps/shared/saturation.h"
+#include "core/image/region.h"
 #include "core/io/files/json_node.h"
 #include "core/io/poses/autoscoper_trial.h"
 #include "core/registration/object/pose_space.h"
@@ -40,6 +41,15 @@ void note_gaps(const TrackInputs& inputs, std::vector<std::string>& notes) {
         notes.push_back("view " + inputs.views.views[v].name + " lacks " + std::to_string(lacking) + " of " +
                         std::to_string(inputs.frames.size()) + " frames: gaps in the trajectory");
     }
+}
+
+/// What surrounds the object would only widen the windows that it is looked for in. A layer of nothing stays, where
+/// there is one: a flat side must not pass for one that is cut.
+void cut_to_object(Volume& volume) {
+    VoxelBox box = box_of_object(volume);
+    box.begin = (box.begin.array() - 1).max(0);
+    box.end = (box.end.array() + 1).min(volume.grid.size.array());
+    if (box.end - box.begin != volume.grid.size) volume = crop(volume, box);
 }
 
 TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
@@ -77,6 +87,7 @@ TrackObject read_object(const ObjectFlags& flags, TrackInputs& inputs) {
         }
         take_key(number, file, true);
     }
+    cut_to_object(object.volume);
     if (flags.axes.empty()) {
         object.ct_from_axes = RigidTransform::translate(object_extent(object.volume).centre_ct_mm);
     } else {

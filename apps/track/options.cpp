@@ -207,6 +207,7 @@ TrackOptions track_options(const TrackCommandOptions& options, double frame_step
     if (track.recovery == Search::automatic) throw bad_value("--recover", "auto", "none, near or global");
     if (options.max_jump_mm != 0) track.max_jump_mm = options.max_jump_mm;
     track.frame_step = frame_step;
+    track.quick = !options.is_thorough;
     if (const std::string fault = track.problem(); !fault.empty()) throw Error(fault);
     return track;
 }

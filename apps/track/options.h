@@ -29,6 +29,7 @@ struct TrackCommandOptions {
     std::vector<std::string> key_frames;  ///< N=FILE or NAME:N=FILE
     std::string recover = "global";
     double max_jump_mm = 0;
+    bool is_thorough = false;         ///< every frame in full
     std::string smooth = "none";      ///< none, auto or a strength
     std::vector<std::string> joints;  ///< PROXIMAL,DISTAL
     std::string cardan = "XYZ";

@@ -53,6 +53,7 @@ Json frame_json(const TrackFrame& frame, const TrackObject& object, std::optiona
     }
     json["searched"] = search_name(frame.searched);
     json["recovered"] = frame.recovered;
+    json["quick"] = frame.quick;
     json["time_s"] = frame.time_s;
     if (!frame.reasons.empty()) json["reasons"] = frame.reasons;
     return json;
@@ -69,6 +70,7 @@ Json object_json(const TrackReport& report, const TrackObject& object) {
     json["jitter"] = {{"translation_mm", jitter.translation_mm}, {"rotation_deg", jitter.rotation_deg}};
     json["searched"] = std::ranges::count_if(frames, [](const TrackFrame* f) { return f->searched != Search::none; });
     json["recovered"] = std::ranges::count_if(frames, [](const TrackFrame* f) { return f->recovered; });
+    json["quick"] = std::ranges::count_if(frames, [](const TrackFrame* f) { return f->quick; });
     json["cost"] = spread(frames, &TrackFrame::cost);
     json["jump_mm"] = spread(frames, &TrackFrame::jump_mm);
     json["expected_error_mm"] = spread(frames, &TrackFrame::expected_error_mm);

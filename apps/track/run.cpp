@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <future>
 #include <system_error>
 
 #include "apps/shared/append.h"
@@ -83,8 +84,8 @@ std::vector<std::string> hash_frames(const FrameSet& frames, TrackRecord& record
     return all;
 }
 
-/// Reads an instant when it is needed. What is settled by a view's first frame is settled by the sequence's first, no
-/// matter where this run begins.
+/// Reads an instant when it is needed, and the one after it while that one is worked on. What is settled by a view's
+/// first frame is settled by the sequence's first, no matter where this run begins.
 class LazyReader {
 public:
     LazyReader(const TrackInputs& inputs, TrackRecord& record)
@@ -93,26 +94,37 @@ public:
     const Instant& read(std::size_t at) {
         if (at_ == at) return instant_;
         const auto begin = Clock::now();
+        std::optional<Instant> ahead;
+        if (ahead_.valid()) ahead = ahead_.get();  // one reader, one reading at a time
         for (std::size_t i = 0; !is_settled_ && i < at; ++i) {
             instant_ = reader_.read(inputs_.frames[i]);
             settle();
         }
-        instant_ = reader_.read(inputs_.frames[at]);
+        instant_ = ahead && ahead_at_ == at ? std::move(*ahead) : reader_.read(inputs_.frames[at]);
         settle();
         for (std::size_t v = 0; v < std::min(ceilings_.size(), instant_.views.size()); ++v) {
             instant_.views[v].ceiling = ceilings_[v];
         }
+        const bool is_backwards = at_ && at < *at_;
         at_ = at;
+        if (!is_backwards || at > 0) read_ahead(is_backwards ? at - 1 : at + 1);
         record_.read_s += seconds_since(begin);
         return instant_;
     }
     [[nodiscard]] std::vector<std::string> notes() const {
+        if (ahead_.valid()) ahead_.wait();
         std::vector<std::string> all = reader_.notes();
         append(all, notes_);
         return all;
     }
 
 private:
+    void read_ahead(std::size_t at) {
+        if (!is_settled_ || at >= inputs_.frames.size()) return;
+        ahead_at_ = at;
+        ahead_ = std::async(std::launch::async, [this, at] { return reader_.read(inputs_.frames[at]); });
+    }
+
     /// By the first instant with all of its images.
     void settle() {
         if (is_settled_ || !instant_.gap.empty()) return;
@@ -129,6 +141,8 @@ private:
     bool is_settled_ = false;
     std::vector<double> ceilings_;
     std::vector<std::string> notes_;
+    std::size_t ahead_at_ = 0;
+    std::future<Instant> ahead_;  ///< the last member: its end waits for the reading, which needs the others
 };
 
 /// One run through all frames, forwards and then backwards.

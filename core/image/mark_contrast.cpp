@@ -46,38 +46,72 @@ Surroundings surroundings(const Image& coarse, int window, int step) {
     return all;
 }
 
-}  // namespace
+/// What a pixel of some value is compared by.
+struct Bounds {
+    double least, floor;  ///< a mark's difference; what is added to both sides of a ratio
+    double outline_ratio = std::exp(kSurely * kOutlineContrast * kLogContrast);
 
-std::vector<double> mark_contrast(const Image& coarse, double range, int window) {
-    const double least = kContrast * range, floor = kLogFloor * range;
-    const int step = std::max(1, window / 4);  // 9 x 9 samples tell the median well enough
-    const Surroundings known = surroundings(coarse, window, step);
-    const auto contrast_to = [&](double value, double other) {
+    [[nodiscard]] double contrast(double value, double other) const {
         const double log_contrast = std::log((std::max(value, 0.0) + floor) / (std::max(other, 0.0) + floor));
         return std::max(std::abs(value - other) / least, std::abs(log_contrast) / kLogContrast);
-    };
-    std::vector<double> contrast(coarse.pixels.size());
-    std::vector<float> around;
-    for (std::size_t i = 0; i < contrast.size(); ++i) {
-        const double value = coarse.pixels[i];
-        if (!std::isfinite(value)) continue;
-        // It grows with the distance from the value on either side, and the median lies between the two.
-        if (contrast_to(value, known.lowest[i]) <= kOutlineContrast &&
-            contrast_to(value, known.highest[i]) <= kOutlineContrast) {
-            continue;
-        }
-        const int x = static_cast<int>(i) % coarse.width, y = static_cast<int>(i) / coarse.width;
-        around.clear();
+    }
+    /// Between these, what it is compared with is surely no more than an outline away.
+    [[nodiscard]] double low(double value) const {
+        const double bright = std::max(value, 0.0) + floor;
+        return std::max(value - kSurely * kOutlineContrast * least, bright / outline_ratio - floor);
+    }
+    [[nodiscard]] double high(double value) const {
+        const double bright = std::max(value, 0.0) + floor;
+        return std::min(value + kSurely * kOutlineContrast * least, bright * outline_ratio - floor);
+    }
+    static constexpr double kSurely = 1 - 1e-6;  // rounding must not decide
+};
+
+/// The finite samples around a pixel; how many are above and below what is near its value.
+struct Samples {
+    std::vector<float> values;
+    std::size_t below = 0, above = 0;
+
+    void take(const Image& image, std::size_t pixel, int window, int step, double low, double high) {
+        values.clear();
+        below = above = 0;
+        const int x = static_cast<int>(pixel) % image.width, y = static_cast<int>(pixel) / image.width;
         for (int v = y - window; v <= y + window; v += step) {
+            if (v < 0 || v >= image.height) continue;
             for (int u = x - window; u <= x + window; u += step) {
-                if (u < 0 || v < 0 || u >= coarse.width || v >= coarse.height) continue;
-                if (std::isfinite(coarse(u, v))) around.push_back(coarse(u, v));
+                if (u < 0 || u >= image.width || !std::isfinite(image(u, v))) continue;
+                const float value = image(u, v);
+                values.push_back(value);
+                below += value < low;
+                above += value > high;
             }
         }
-        if (around.empty()) continue;
-        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-        std::nth_element(around.begin(), middle, around.end());
-        contrast[i] = contrast_to(value, *middle);
+    }
+    /// The median is neither below nor above.
+    [[nodiscard]] bool has_median_near() const {
+        const std::size_t middle = values.size() / 2;
+        return below <= middle && above < values.size() - middle;
+    }
+};
+
+}  // namespace
+
+std::vector<double> mark_contrast(const Image& image, double range, int window) {
+    const Bounds bounds{kContrast * range, kLogFloor * range};
+    const int step = std::max(1, window / 4);  // 9 x 9 samples tell the median well enough
+    const Surroundings known = surroundings(image, window, step);
+    std::vector<double> contrast(image.pixels.size());
+    Samples around;
+    for (std::size_t i = 0; i < contrast.size(); ++i) {
+        const double value = image.pixels[i];
+        if (!std::isfinite(value)) continue;
+        const double low = bounds.low(value), high = bounds.high(value);
+        if (known.lowest[i] >= low && known.highest[i] <= high) continue;
+        around.take(image, i, window, step, low, high);
+        if (around.values.empty() || around.has_median_near()) continue;
+        const auto middle = around.values.begin() + static_cast<std::ptrdiff_t>(around.values.size() / 2);
+        std::nth_element(around.values.begin(), middle, around.values.end());
+        contrast[i] = bounds.contrast(value, *middle);
     }
     return contrast;
 }

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/registration/strategy/follow.h"
 #include "core/registration/strategy/refine_views.h"
 #include "core/registration/strategy/reversed_contrast.h"
 #include "core/registration/strategy/strategy.h"
@@ -52,12 +53,12 @@ void warn_of_parallel_views(std::span<const View> views, std::vector<std::string
     }
 }
 
-/// Finds the pose; says why where that was ended early, with the best pose so far in the result.
-std::string ended_early(Run& run) {
+/// Searches; says why where that was ended early, with the best pose so far in the result.
+template <class Search>
+std::string ended_early(Run& run, const Search& search) {
     RegistrationResult& result = run.result;
     try {
-        find_pose(run);
-        look_closer(run, result);
+        search();
         if (!result.levels.empty()) result.termination = result.levels.back().termination;
         return {};
     } catch (const RunStopped& stopped) {
@@ -102,6 +103,33 @@ void name_suspicion(Run& run, bool may_look) {
     } else if (may_look) {
         suspect_mirrored(run);
     }
+}
+
+Run make_run(ResidentVolume& volume, std::span<const View> views, const RigidTransform& start,
+             const RegistrationOptions& options, const RunControl& control) {
+    Run run{volume, views, options, control, extent_about(volume.extent(), options.rotation_centre_ct_mm), start};
+    run.result.start_world_from_ct = start;
+    run.result.rotation_centre_ct_mm = run.extent.centre_ct_mm;
+    run.result.metric = options.similarity.metric;
+    for (const View& view : views) run.result.views.push_back({{}, view.geometry.camera_from_world});
+    return run;
+}
+
+/// What is to be said of the pose once it is found. `stopped`: why the search was ended early; "" = it was not.
+void judge(Run& run, const std::string& stopped) {
+    RegistrationResult& result = run.result;
+    result.total_s = run.elapsed_s();
+    result.optimizer_s = std::max(0.0, result.total_s - backend_seconds(result.timing));
+    for (const View& view : run.views) {
+        result.overlap.push_back(seen_share(run.resident.sample(), view, result.world_from_ct));
+        result.covered.push_back(covered_share(run.resident.sample(), view, result.world_from_ct));
+    }
+    judge_views(result, run.extent.radius_mm);
+    result.reasons = doubts(result, run.views, run.start, run.extent);
+    if (!run.shows_the_cut.value_or(true)) doubt_beyond_the_cut(result, result.reasons);
+    if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
+    result.ok = result.reasons.empty() && !run.suspicion;
+    withhold_where_doubted(result);
 }
 
 void check_prior(const RegistrationOptions& options, const Backend& backend) {
@@ -160,33 +188,27 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     if (options.render.projector != volume.render().projector || options.render.step_mm != volume.render().step_mm) {
         throw Error("render settings: must be those that the volume was made resident with");
     }
-    Run run{volume,
-            views,
-            options,
-            control,
-            extent_about(volume.extent(), options.rotation_centre_ct_mm),
-            start_world_from_ct};
-    RegistrationResult& result = run.result;
-    result.start_world_from_ct = start_world_from_ct;
-    result.rotation_centre_ct_mm = run.extent.centre_ct_mm;
-    result.metric = options.similarity.metric;
-    for (const View& view : views) result.views.push_back({{}, view.geometry.camera_from_world});
-    warn_of_parallel_views(views, result.decisions);
-    const std::string stopped = ended_early(run);
-    result.total_s = run.elapsed_s();
-    result.optimizer_s = std::max(0.0, result.total_s - backend_seconds(result.timing));
-    for (const View& view : views) {
-        result.overlap.push_back(seen_share(volume.sample(), view, result.world_from_ct));
-        result.covered.push_back(covered_share(volume.sample(), view, result.world_from_ct));
-    }
-    judge_views(result, run.extent.radius_mm);
-    result.reasons = doubts(result, views, start_world_from_ct, run.extent);
-    if (!run.shows_the_cut.value_or(true)) doubt_beyond_the_cut(result, result.reasons);
-    if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
-    result.ok = result.reasons.empty() && !run.suspicion;
-    withhold_where_doubted(result);
-    if (!result.ok) name_suspicion(run, stopped.empty() && options.suspect_mirrored && !options.time_limit_s);
-    return result;
+    Run run = make_run(volume, views, start_world_from_ct, options, control);
+    warn_of_parallel_views(views, run.result.decisions);
+    const std::string stopped = ended_early(run, [&] {
+        find_pose(run);
+        look_closer(run, run.result);
+    });
+    judge(run, stopped);
+    const bool may_look = stopped.empty() && options.suspect_mirrored && !options.time_limit_s;
+    if (!run.result.ok) name_suspicion(run, may_look);
+    return std::move(run.result);
+}
+
+RegistrationResult detail::follow_resident(ResidentVolume& volume, std::span<const View> views,
+                                           const RigidTransform& prediction_world_from_ct,
+                                           const RegistrationOptions& options, int coarser_by,
+                                           const RunControl& control) {
+    check(options, volume.backend(), prediction_world_from_ct);
+    check_views(views);
+    Run run = make_run(volume, views, prediction_world_from_ct, options, control);
+    judge(run, ended_early(run, [&] { follow(run, coarser_by); }));
+    return std::move(run.result);
 }
 
 }  // namespace raylign

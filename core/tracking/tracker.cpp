@@ -1,16 +1,18 @@
 #include "raylign/tracking.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/number_text.h"
+#include "core/registration/level/plan.h"
 #include "core/registration/policy.h"
 #include "core/registration/registration.h"
+#include "core/tracking/attempt.h"
 #include "core/tracking/extrapolation.h"
+#include "core/tracking/quick_way.h"
 
 namespace raylign {
 using namespace detail;
@@ -23,47 +25,14 @@ constexpr double kMostGaps = 3;                         // beyond, a body has go
 constexpr double kCostFloor = 0.03, kCostShare = 0.25;  // noise; and how much costs change along a motion
 constexpr double kSame_mm = 1;                          // ends of searches that confirm each other
 constexpr int kHopeless = 3, kRetry = 10;
-
-struct Widening {
-    Search mode;
-    std::optional<double> range_mm, range_deg;
-    std::optional<int> starts;
-};
-constexpr std::array<Widening, 3> kWidenings{{{Search::near, kNearRange_mm, 30, 1024},
-                                              {Search::near, 2 * kNearRange_mm, kNearTurn_deg, kNearStarts},
-                                              {Search::global, {}, {}, {}}}};
+constexpr double kAlike_px = 0.5;  // at the object's rim: ends of the quick and of the full way
 
 void push(std::vector<double>& values, double value) {
     values.push_back(value);
     if (values.size() > kRemembered) values.erase(values.begin());
 }
 
-/// One registration of a frame, and what the frames before say to it.
-struct Attempt {
-    RegistrationResult result;
-    bool has_result = false;
-    bool is_search = false;
-    std::string problem;  ///< where there is no result
-    double jump_mm = 0;
-    bool jumped = false, cost_jumped = false;
-
-    [[nodiscard]] bool believed() const { return has_result && result.ok && !cost_jumped && (is_search || !jumped); }
-    /// Doubtful, but more likely right than the prediction: otherwise a lasting change of the images would end a track.
-    [[nodiscard]] bool plausible() const { return has_result && !jumped && (!cost_jumped || result.ok); }
-};
-
 }  // namespace
-
-std::string_view status_name(TrackStatus status) {
-    constexpr std::array<std::string_view, 5> kNames{"ok", "doubtful", "lost", "missing", "stopped"};
-    return kNames[static_cast<std::size_t>(status)];
-}
-
-std::string TrackOptions::problem() const {
-    if (max_jump_mm && !(*max_jump_mm > 0 && *max_jump_mm <= 1000)) return "max_jump_mm: must be in (0, 1000]";
-    if (!(frame_step > 0 && std::isfinite(frame_step))) return "frame_step: must be positive and finite";
-    return {};
-}
 
 /// What a tracker keeps from frame to frame.
 struct Tracker::State {
@@ -76,7 +45,11 @@ struct Tracker::State {
     [[nodiscard]] double cost_limit() const;
     [[nodiscard]] Attempt attempt(const RegistrationOptions& options, const TrackFrame& so_far,
                                   std::span<const View> views, const RunControl& control);
-    [[nodiscard]] std::vector<RegistrationOptions> wider(const RegistrationOptions& first) const;
+    [[nodiscard]] bool may_go_quickly(int frame) const;
+    [[nodiscard]] Attempt quick_attempt(const TrackFrame& so_far, std::span<const View> views,
+                                        const RunControl& control);
+    [[nodiscard]] bool are_alike(const Attempt& quick, const Attempt& full, std::span<const View> views) const;
+    void compare_jump(Attempt& made, const TrackFrame& so_far) const;
     [[nodiscard]] RegistrationOptions first_options() const;
     void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const RunControl& control);
     void judge(const Attempt& best, TrackFrame& found) const;
@@ -91,6 +64,8 @@ struct Tracker::State {
     std::optional<Content> content_;
     std::optional<int> last_frame_, last_tracked_;
     int failures_ = 0;  ///< frames in a row that no search has helped
+    QuickWay quick_;
+    bool was_ok_ = false;  ///< the frame before
 };
 
 Tracker::State::State(const Volume& volume, const RigidTransform& start_world_from_ct, const TrackOptions& options,
@@ -127,8 +102,8 @@ double Tracker::State::jump_limit_mm(int frame) const {
 }
 
 double Tracker::State::cost_limit() const {
-    if (costs_.size() < kFewest) return 2;  // the largest that there is
-    const double usual = median(costs_);
+    if (costs_.size() < kFewest) return 2;                 // the largest that there is
+    const double usual = median(costs_) * quick_.drift();  // frames found quickly have no such cost
     return usual + kCostFloor + kCostShare * usual;
 }
 
@@ -141,22 +116,6 @@ RegistrationOptions Tracker::State::first_options() const {
     options.search.range_mm = options.search.range_deg = std::nullopt;
     options.search.starts = std::nullopt;
     return options;
-}
-
-std::vector<RegistrationOptions> Tracker::State::wider(const RegistrationOptions& first) const {
-    std::vector<RegistrationOptions> list;
-    if (options_.recovery == Search::none || first.search.mode == Search::global) return list;
-    for (const Widening& widening : kWidenings) {
-        if (widening.mode == Search::global && options_.recovery == Search::near) break;
-        RegistrationOptions options = first;
-        options.method = Method::automatic;  // searches refine by gauss-newton
-        options.search.mode = widening.mode;
-        options.search.range_mm = widening.range_mm;
-        options.search.range_deg = widening.range_deg;
-        options.search.starts = widening.starts;
-        list.push_back(std::move(options));
-    }
-    return list;
 }
 
 Attempt Tracker::State::attempt(const RegistrationOptions& options, const TrackFrame& so_far,
@@ -173,10 +132,47 @@ Attempt Tracker::State::attempt(const RegistrationOptions& options, const TrackF
     made.has_result = std::isfinite(made.result.cost_final) && is_finite(made.result.world_from_ct);
     if (!made.has_result) made.problem = "the cost is not finite";
     made.is_search = made.result.search.mode != Search::none;
-    made.jump_mm = apart_mm(made.result.world_from_ct, prediction, extent_);
-    made.jumped = last_tracked_ && made.jump_mm > jump_limit_mm(so_far.frame);
+    compare_jump(made, so_far);
     made.cost_jumped = made.result.cost_final > cost_limit();
     return made;
+}
+
+void Tracker::State::compare_jump(Attempt& made, const TrackFrame& so_far) const {
+    made.jump_mm = apart_mm(made.result.world_from_ct, so_far.predicted_world_from_ct, extent_);
+    made.jumped = last_tracked_ && made.jump_mm > jump_limit_mm(so_far.frame);
+}
+
+/// A prediction is near where a velocity is known and the frame before was found.
+bool Tracker::State::may_go_quickly(int frame) const {
+    const Method method = options_.registration.method;
+    const bool is_newton = method == Method::automatic || method == Method::gauss_newton;
+    return options_.quick && quick_.is_open() && was_ok_ && content_ == Content::part && is_newton &&
+           options_.registration.robust && resident_.backend().info().has_derivatives && known_.size() >= 2 &&
+           frame - *last_tracked_ <= 1.5 * options_.frame_step;
+}
+
+Attempt Tracker::State::quick_attempt(const TrackFrame& so_far, std::span<const View> views,
+                                      const RunControl& control) {
+    Attempt made;
+    try {
+        made.result = follow_resident(resident_, views, so_far.predicted_world_from_ct, first_options(),
+                                      quick_.coarser_by(), control);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        return made;
+    }
+    made.has_result = std::isfinite(made.result.cost_final) && is_finite(made.result.world_from_ct);
+    if (!made.has_result) return made;
+    compare_jump(made, so_far);
+    made.cost_jumped = quick_.is_confirmed() && !quick_.is_usual(made.result.view_costs);
+    return made;
+}
+
+bool Tracker::State::are_alike(const Attempt& quick, const Attempt& full, std::span<const View> views) const {
+    const std::vector<LevelPlan> levels =
+        plan_levels(resident_.volume(), views, full.result.world_from_ct, extent_, {}, options_.registration.levels);
+    return apart_mm(quick.result.world_from_ct, full.result.world_from_ct, extent_) <
+           kAlike_px * levels.back().pixel_at_object_mm;
 }
 
 void Tracker::State::search_wider(Attempt& best, TrackFrame& found, std::span<const View> views,
@@ -184,7 +180,7 @@ void Tracker::State::search_wider(Attempt& best, TrackFrame& found, std::span<co
     if (control.stop.stop_requested()) return;
     if (failures_ >= kHopeless && failures_ % kRetry != 0) return;
     const RegistrationOptions first = first_options();
-    for (const RegistrationOptions& options : wider(first)) {
+    for (const RegistrationOptions& options : wider_searches(first, options_.recovery)) {
         const Attempt next = attempt(options, found, views, control);
         found.searched = options.search.mode;
         if (!next.has_result) continue;
@@ -228,6 +224,8 @@ void Tracker::State::judge(const Attempt& best, TrackFrame& found) const {
 
 void Tracker::State::remember(const TrackFrame& found) {
     last_frame_ = found.frame;
+    was_ok_ = found.status == TrackStatus::ok;
+    quick_.remember(found);
     if (found.status == TrackStatus::missing || found.status == TrackStatus::stopped) return;
     failures_ = found.status == TrackStatus::ok ? 0 : failures_ + 1;
     if (found.status == TrackStatus::lost) return;
@@ -237,7 +235,7 @@ void Tracker::State::remember(const TrackFrame& found) {
     } else if (last_tracked_) {
         push(jumps_mm_, found.jump_mm);
     }
-    push(costs_, found.cost);
+    if (!found.quick) push(costs_, found.cost);
     known_.push_back({found.frame / options_.frame_step, found.world_from_ct});
     if (known_.size() > kFewest) known_.erase(known_.begin());
     last_tracked_ = found.frame;
@@ -257,9 +255,15 @@ TrackFrame Tracker::feed(int frame, std::span<const View> views, const RunContro
     state.check_number(frame);
     const auto begin = std::chrono::steady_clock::now();
     TrackFrame found{.frame = frame, .predicted_world_from_ct = state.predicted(frame)};
-    Attempt best = state.attempt(state.first_options(), found, views, control);
+    std::optional<Attempt> quick;
+    if (state.may_go_quickly(frame)) quick = state.quick_attempt(found, views, control);
+    if (quick && !quick->believed()) quick.reset();
+    if (quick) found.quick_view_costs = quick->result.view_costs;
+    found.quick = quick && state.quick_.is_confirmed();
+    Attempt best = found.quick ? *quick : state.attempt(state.first_options(), found, views, control);
     if (best.has_result) found.searched = best.result.search.mode;
     if (!best.believed()) state.search_wider(best, found, views, control);
+    if (quick && !found.quick) found.quick_agrees = best.believed() && state.are_alike(*quick, best, views);
     state.judge(best, found);
     if (control.stop.stop_requested()) {
         found.status = TrackStatus::stopped;
@@ -278,6 +282,7 @@ void Tracker::recall(const TrackFrame& frame) {
 TrackFrame Tracker::skip(int frame, const std::string& reason) {
     state_->check_number(frame);
     state_->last_frame_ = frame;
+    state_->was_ok_ = false;
     const RigidTransform expected = state_->predicted(frame);
     return {.frame = frame,
             .status = TrackStatus::missing,

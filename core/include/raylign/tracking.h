@@ -22,6 +22,7 @@ struct TrackOptions {
     /// Largest believable distance from the prediction, at the rim, in (0, 1000]; default: by itself (Tracker).
     std::optional<double> max_jump_mm;
     double frame_step = 1;  ///< numbers between two frames that follow each other; positive
+    bool quick = true;      ///< find frames the quick way where that may be (Tracker)
 
     /// What is wrong with them; "" = nothing.
     [[nodiscard]] std::string problem() const;
@@ -51,6 +52,9 @@ struct TrackFrame {
     bool recovered = false;                ///< the pose is a search's, not the extrapolated start's
     bool jumped = false;                   ///< farther from the prediction than is believed without a search
     Content content = Content::automatic;  ///< what it was registered as; automatic where that was doubtful
+    bool quick = false;                    ///< found on one level alone; cost and view_costs are those of that level
+    std::vector<double> quick_view_costs;  ///< of the views on that level, wherever it was gone: empty = it was not
+    bool quick_agrees = false;             ///< registered in full as well, and both ways end alike
     std::vector<std::string> reasons;      ///< why not ok, in words for people
     double time_s = 0;
 };
@@ -63,6 +67,10 @@ struct TrackFrame {
 /// more, up to three times), or where its cost exceeds the median m of the last 15 by more than 0.03 + 0.25 m. Then
 /// wider searches around the prediction are tried, near to global, until one is believed; a jump that a search confirms
 /// is believed. After three frames that no search has helped, searches run for every tenth such frame only.
+/// A part whose frames before are ok and without a gap is found the quick way: one level (the second finest, else the
+/// finest), one descent, robust weights once. Two frames are registered both ways first, and the quick way is gone only
+/// where both end alike, within half a pixel at the rim. A quick result is believed as above, with each view's cost for
+/// the cost; where it is not, the frame is registered in full.
 /// One tracker, one thread; several may follow several objects at once, each with a backend of its own.
 class Tracker {
 public:

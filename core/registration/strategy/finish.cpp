@@ -148,6 +148,20 @@ void finish_as_it_needs(Run& run, Level& level, Level* coarser) {
     });
 }
 
+void finish_near(Run& run, Level& level) {
+    RegistrationResult& result = run.result;
+    const bool is_robust = wants_robust_weights(run, level);
+    if (is_robust) {
+        PixelWeights(level.session()).reweight(result.world_from_ct);
+        ++result.robust_rounds;
+        level.settle(false);
+    }
+    result.cost_initial = level.cost(run.start);
+    result.fine_view_costs = result.view_costs = costs_of_views(level.session(), result.world_from_ct);
+    result.cost_final = level.report().cost_final;
+    estimate_error(run, level, nullptr, is_robust ? kCalibration_mismatch : kCalibration_explained);
+}
+
 void finish_finely(Run& run, const LevelPlan& coarser, const LevelPlan& last) {
     decide_fine_finish(run, run.explained_cost.value_or(run.result.cost_final));
     ++run.level_count;

@@ -20,6 +20,9 @@ void finish_as_it_needs(Run& run, Level& level, Level* coarser);
 /// and the weights settle, then on the last. Leaves the result finished.
 void finish_finely(Run& run, const LevelPlan& coarser, const LevelPlan& last);
 
+/// Finishes a part that was followed on this level alone (follow.h): robust weights once, costs, expected error.
+void finish_near(Run& run, Level& level);
+
 /// True where more than noise is unexplained, so that weights which count it less are worth their time.
 [[nodiscard]] bool wants_robust_weights(const Run& run, const Level& level);
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "raylign/io/trajectory.h"
 #include "raylign/phantom.h"
 #include "raylign/view.h"
 #include "tests/apps/run_program.h"
@@ -40,5 +41,11 @@ private:
     const TestFolder& folder_;
     std::vector<View> views_;
 };
+
+/// How far a row puts the object's centre from where it is.
+[[nodiscard]] inline double centre_error_mm(const TrajectoryRow& row, const RigidTransform& truth,
+                                            const Eigen::Vector3d& centre_ct) {
+    return (row.frame.world_from_ct * centre_ct - truth * centre_ct).norm();
+}
 
 }  // namespace raylign::detail::test

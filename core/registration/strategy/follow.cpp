@@ -1,0 +1,42 @@
+#include "core/registration/strategy/follow.h"
+
+#include <algorithm>
+
+#include "core/registration/policy.h"
+#include "core/registration/strategy/coarse_to_fine.h"
+#include "core/registration/strategy/domain.h"
+#include "core/registration/strategy/finish.h"
+
+namespace raylign::detail {
+namespace {
+
+/// Without masks: whether they leave enough is seen when the level is made.
+LevelPlan level_for(const Run& run, int coarser_by) {
+    std::vector<View> bare;
+    for (const View& view : run.views) bare.push_back({view.name, view.geometry, {}, {}});
+    const std::vector<LevelPlan> levels =
+        plan_levels(run.volume(), bare, run.start, run.extent, fine_filter(run), run.options.levels);
+    const std::ptrdiff_t last = std::ssize(levels) - 1;
+    LevelPlan plan = levels[static_cast<std::size_t>(last - std::min<std::ptrdiff_t>(last, coarser_by))];
+    plan.filter = fine_filter(run);
+    return plan;
+}
+
+}  // namespace
+
+void follow(Run& run, int coarser_by) {
+    RegistrationResult& result = run.result;
+    result.method = Method::gauss_newton;
+    result.content = Content::part;
+    result.world_from_ct = run.start;
+    const LevelPlan plan = level_for(run, coarser_by);
+    run.total_work = level_work(plan);
+    on_level(run, plan, Content::part, Focus{run.start, kDomainMargin_mm}, [&](Level& level) {
+        level.check_overlap();
+        weigh_part(run, level, run.start);
+        level.settle(false);
+        finish_near(run, level);
+    });
+}
+
+}  // namespace raylign::detail

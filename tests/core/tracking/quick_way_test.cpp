@@ -1,0 +1,130 @@
+#include "core/tracking/quick_way.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/image/region.h"
+#include "core/registration/object/pose_space.h"
+#include "raylign/backends.h"
+#include "raylign/targets.h"
+#include "raylign/tracking.h"
+#include "tests/support/scenes.h"
+
+namespace raylign::detail {
+namespace {
+
+TrackFrame compared(int frame, bool agrees, std::vector<double> costs) {
+    return {.frame = frame, .status = TrackStatus::ok, .quick_view_costs = std::move(costs), .quick_agrees = agrees};
+}
+
+TrackFrame gone_quickly(int frame, std::vector<double> costs) {
+    return {.frame = frame, .status = TrackStatus::ok, .quick = true, .quick_view_costs = std::move(costs)};
+}
+
+TEST(QuickWay, IsGoneAloneOnceItHasAgreedTwice) {
+    QuickWay way;
+    EXPECT_TRUE(way.is_open());
+    way.remember(compared(1, true, {0.4, 0.4}));
+    EXPECT_FALSE(way.is_confirmed());
+    way.remember(compared(2, true, {0.4, 0.4}));
+    EXPECT_TRUE(way.is_confirmed());
+    EXPECT_EQ(way.coarser_by(), 1);
+}
+
+TEST(QuickWay, GoesToTheFinestLevelAndThenNowhereWhereItDisagrees) {
+    QuickWay way;
+    way.remember(compared(1, true, {0.4}));
+    way.remember(compared(2, false, {0.4}));
+    EXPECT_EQ(way.coarser_by(), 0);
+    EXPECT_FALSE(way.is_confirmed());
+    way.remember(compared(3, true, {0.5}));
+    way.remember(compared(4, true, {0.5}));
+    EXPECT_TRUE(way.is_confirmed());
+    way.remember(compared(5, false, {0.5}));
+    EXPECT_FALSE(way.is_open());
+}
+
+TEST(QuickWay, AViewThatCostsFarMoreIsUnusualAtOnceAndLittleByLittle) {
+    QuickWay way;
+    way.remember(compared(1, true, {0.2, 0.4}));
+    way.remember(compared(2, true, {0.2, 0.4}));
+    EXPECT_TRUE(way.is_usual(std::vector<double>{0.25, 0.5}));
+    EXPECT_FALSE(way.is_usual(std::vector<double>{0.2, 0.55})) << "one view is enough";
+    EXPECT_FALSE(way.is_usual(std::vector<double>{std::nan(""), 0.4}));
+    double cost = 0.2;
+    for (int frame = 3; frame < 300 && way.is_usual(std::vector<double>{cost, 0.4}); ++frame) {
+        way.remember(gone_quickly(frame, {cost, 0.4}));
+        cost += 0.005;
+    }
+    EXPECT_LT(cost, 0.7) << "twice the cost known, and what it may change by";
+    EXPECT_GT(way.drift(), 1.3);
+}
+
+/// A vertebra of a spine that moves as a whole, in two noisy views of 128 x 128 pixels.
+struct MovingVertebra {
+    static constexpr double kExtent_mm = 200;
+    Phantom spine = spine_phantom(Eigen::Vector3d::Constant(kExtent_mm));
+    std::vector<View> geometry = test::biplane_views(128, 220);
+    Volume volume;
+    std::vector<Eigen::Vector3d> targets;
+    BackendChoice choice = create_backend("cpu");
+
+    MovingVertebra() {
+        const Volume whole = voxelise(spine_vertebra(Eigen::Vector3d::Constant(kExtent_mm), 2),
+                                      centred_grid({100, 100, 100}, {2, 2, 2}), 2);
+        volume = crop(whole, box_of_object(whole));
+        targets = default_targets_ct_mm(volume);
+    }
+    [[nodiscard]] static RigidTransform path(int frame) {
+        Twist twist;
+        twist << 0.1 * std::sin(0.15 * frame), 0.02 * frame, 0.05, 6 * std::sin(0.12 * frame), 1.5 * frame, -2;
+        return exp(twist);
+    }
+    [[nodiscard]] std::vector<View> xrays(int frame) const {
+        return test::with_exact_images(geometry, spine, path(frame), 50000);
+    }
+    [[nodiscard]] double mtre_mm(const TrackFrame& frame) const {
+        return mean_target_error_mm(frame.world_from_ct, path(frame.frame), targets);
+    }
+    [[nodiscard]] Tracker tracker() {
+        TrackOptions options;
+        options.registration.content = Content::part;
+        options.registration.search.mode = Search::none;
+        options.recovery = Search::none;
+        return {volume, perturbed_start(path(0), targets, 1, 1), options, *choice.backend};
+    }
+};
+
+TEST(QuickWay, FindsAPartAsWellAsTheFullWayAndGoesOnWithTheSameBits) {
+    MovingVertebra scene;
+    Tracker tracker = scene.tracker(), resumed = scene.tracker();
+    std::vector<TrackFrame> found;
+    int quick = 0;
+    for (int frame = 0; frame < 9; ++frame) {
+        found.push_back(tracker.feed(frame, scene.xrays(frame)));
+        EXPECT_EQ(found.back().status, TrackStatus::ok) << frame;
+        EXPECT_LT(scene.mtre_mm(found.back()), 0.5) << frame;
+        EXPECT_GT(found.back().expected_error_mm, 0) << frame;
+        quick += found.back().quick;
+    }
+    EXPECT_GE(quick, 4) << "two frames tell a velocity, two are registered both ways";
+    for (int frame = 0; frame < 8; ++frame) resumed.recall(found[frame]);
+    const TrackFrame again = resumed.feed(8, scene.xrays(8));
+    EXPECT_TRUE(again.quick);
+    EXPECT_EQ(again.world_from_ct.rotation, found[8].world_from_ct.rotation);
+    EXPECT_EQ(again.world_from_ct.translation_mm, found[8].world_from_ct.translation_mm);
+}
+
+TEST(QuickWay, AFrameOfSomethingElseIsRegisteredInFullAndNotOk) {
+    MovingVertebra scene;
+    Tracker tracker = scene.tracker();
+    for (int frame = 0; frame < 7; ++frame) (void)tracker.feed(frame, scene.xrays(frame));
+    const auto other = test::with_exact_images(scene.geometry, ellipsoid_phantom({120, 60, 90}), {}, 50000);
+    const TrackFrame wrong = tracker.feed(7, other);
+    EXPECT_FALSE(wrong.quick);
+    EXPECT_NE(wrong.status, TrackStatus::ok);
+}
+
+}  // namespace
+}  // namespace raylign::detail
