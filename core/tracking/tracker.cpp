@@ -25,7 +25,9 @@ constexpr double kMostGaps = 3;                         // beyond, a body has go
 constexpr double kCostFloor = 0.03, kCostShare = 0.25;  // noise; and how much costs change along a motion
 constexpr double kSame_mm = 1;                          // ends of searches that confirm each other
 constexpr int kHopeless = 3, kRetry = 10;
-constexpr double kAlike_px = 0.5;  // at the object's rim: ends of the quick and of the full way
+/// At the object's rim, ends of the quick and of the full way: what their noise explains, and no more than a
+/// registration of one frame is off by anyway.
+constexpr double kAlike_mm = 0.2, kAlike_px = 0.25;
 
 void push(std::vector<double>& values, double value) {
     values.push_back(value);
@@ -172,7 +174,7 @@ bool Tracker::State::are_alike(const Attempt& quick, const Attempt& full, std::s
     const std::vector<LevelPlan> levels =
         plan_levels(resident_.volume(), views, full.result.world_from_ct, extent_, {}, options_.registration.levels);
     return apart_mm(quick.result.world_from_ct, full.result.world_from_ct, extent_) <
-           kAlike_px * levels.back().pixel_at_object_mm;
+           std::max(kAlike_mm, kAlike_px * levels.back().pixel_at_object_mm);
 }
 
 void Tracker::State::search_wider(Attempt& best, TrackFrame& found, std::span<const View> views,

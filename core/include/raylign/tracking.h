@@ -69,9 +69,9 @@ struct TrackFrame {
 /// is believed. After three frames that no search has helped, searches run for every tenth such frame only.
 /// A part whose frames before are ok and without a gap is found the quick way: one level (the second finest, else the
 /// finest), one descent, robust weights once. Two frames are registered both ways first, and the quick way is gone only
-/// where both end alike, within half a pixel at the rim. A quick result is believed as above, with each view's cost for
-/// the cost; where it is not, the frame is registered in full.
-/// One tracker, one thread; several may follow several objects at once, each with a backend of its own.
+/// where both end alike, within 0.2 mm or a quarter of a pixel at the rim. A quick result is believed as above, with
+/// each view's cost for the cost; where it is not, the frame is registered in full. One tracker, one thread; several
+/// may follow several objects at once, each with a backend of its own.
 class Tracker {
 public:
     /// `volume` and `backend` are borrowed for the tracker's life. Throws Error for bad options and volumes.
