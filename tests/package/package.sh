@@ -20,7 +20,7 @@ skip() { echo "packages cannot be tried here: $1" >&2; exit 77; }
 grep -qx 'ID=debian' /etc/os-release || skip "they are tried in a bare Debian, and this is another system"
 release=$(. /etc/os-release && echo "$VERSION_CODENAME")
 mirror=${RAYLIGN_DEBIAN_MIRROR:-http://deb.debian.org/debian}
-need_packages debootstrap patchelf dpkg-dev man-db "${program_packages[@]}" python3-dev pybind11-dev python3-numpy ||
+need_packages debootstrap patchelf dpkg-dev file man-db "${program_packages[@]}" python3-dev pybind11-dev python3-numpy ||
     skip "packages that it needs cannot be installed"
 
 say() { echo "== $* (after $((SECONDS / 60)):$(printf %02d $((SECONDS % 60))) min)"; }
