@@ -18,8 +18,8 @@ std::string processor_name() {
     return "host processor";
 }
 
-cpu::StorageRule storage_rule(const CpuOptions& options) {
-    cpu::StorageRule rule{.max_bytes = static_cast<double>(options.max_volume_bytes)};
+cpu::StorageRule storage_rule(const CpuOptions& options, const cpu::KernelTable& kernels) {
+    cpu::StorageRule rule{.max_bytes = static_cast<double>(options.max_volume_bytes), .preferred = kernels.storage};
     if (options.storage) rule.wanted = *options.storage == Storage::int16 ? cpu::kInt16 : cpu::kFloat32;
     return rule;
 }
@@ -29,7 +29,7 @@ public:
     explicit CpuBackend(const CpuOptions& options)
         : kernels_(cpu::choose_kernels(options.instruction_set)),
           storage_name_(options.storage ? storage_name(*options.storage) : "auto"),
-          storage_(storage_rule(options)),
+          storage_(storage_rule(options, kernels_)),
           threads_(options.threads.value_or(cpu::usable_cores())) {}
 
     BackendInfo info() const override {

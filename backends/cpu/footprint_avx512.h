@@ -3,6 +3,7 @@
 #include <immintrin.h>
 
 #include "backends/cpu/joseph_derivatives.h"
+#include "backends/cpu/joseph_tile.h"
 
 namespace raylign::detail::cpu {
 namespace {
@@ -30,10 +31,11 @@ struct FootprintRows {
 template <>
 struct Footprint<xsimd::avx512bw> {
     using Packet = JosephPacket<xsimd::avx512bw>;
+    static constexpr VoxelStorage storage = kFloat32;
 
     /// Adds the planes of a slab to the packet's sums; false, with nothing done, where the footprint is too large.
     template <class Voxel, Order order>
-    static bool march(const PlaneLayout& layout, Packet& packet, const SlabPart& part) {
+    static bool march(const PlaneLayout& layout, Packet& packet, const SlabPart& part, const ReadAhead& ahead) {
         // Rows first .. first + 6 may start a pair; the base lies up to 1e-3 below the lowest sample.
         const double distance = maximum(__builtin_fabs(part.d0), __builtin_fabs(part.d1));
         if (packet.row_spread * distance > 5.99 || packet.column_spread * distance > 5.99) return false;
@@ -57,6 +59,7 @@ struct Footprint<xsimd::avx512bw> {
         __m512 even_sum = _mm512_setzero_ps(), odd_sum = _mm512_setzero_ps();
         SlopeSums<xsimd::batch<float, xsimd::avx512bw>> slopes;
         for (int k = 0; k < part.end - part.begin; ++k, plane += layout.plane_stride) {
+            ahead.on_plane(k);
             const Voxel* voxels = plane + offset[k];
             const __m512 even0 = FootprintRows::load(voxels, 2 * stride),
                          even1 = FootprintRows::load(voxels + 4 * stride, 2 * stride);

@@ -105,6 +105,7 @@ private:
         set_line(rows, planes_follow, packet.row_line, packet.row_spread, packet.row_offset, packet.row_slope);
         set_line(columns, planes_follow, packet.column_line, packet.column_spread, packet.column_offset,
                  packet.column_slope);
+        packet.lines.set(packet, planes_follow);
     }
 
     static void set_line(const double (&slopes)[L::count], bool planes_follow, double& line, double& spread,
@@ -178,24 +179,29 @@ private:
                 continue;
             }
             SlabPart part = tile.part;
+            ReadAhead ahead;
             for (Packet* packet = packets; packet != packets + count; ++packet) {
-                prefetch.some();
+                prefetch.some(ahead);
                 const Range rows = range(row_source, packet->row_line, packet->row_spread, packet->limited, part);
                 const Range columns =
                     range(column_source, packet->column_line, packet->column_spread, packet->limited, part);
-                if (!is_occupied(layout, slab, rows, columns)) continue;
+                if (!is_occupied(layout, slab, rows, columns)) {
+                    ahead.at_once();
+                    continue;
+                }
+                ahead.fill_up();
                 part.row = row_source + part.d0 * packet->row_line;
                 part.column = column_source + part.d0 * packet->column_line;
                 part.row0 = floor_clamped(rows.low - 1, -1, layout.rows);
                 part.column0 = floor_clamped(columns.low - 1, -1, layout.columns);
-                if (packet->limited || !Footprint<Arch>::template march<Voxel, order>(layout, *packet, part))
-                    march_slab(layout, *packet, part);
+                if (packet->limited || !Footprint<Arch>::template march<Voxel, order>(layout, *packet, part, ahead))
+                    march_slab(layout, *packet, part, ahead);
             }
         }
     }
 
     /// Adds the bilinear values on the planes of a slab to the sums of a packet: a short float sum.
-    static void march_slab(const PlaneLayout& layout, Packet& packet, const SlabPart& part) {
+    static void march_slab(const PlaneLayout& layout, Packet& packet, const SlabPart& part, const ReadAhead& ahead) {
         const Floats distance(static_cast<float>(part.d0));
         const Floats row =
             fused(distance, Floats::load_aligned(packet.row_offset), Floats(static_cast<float>(part.row - part.row0)));
@@ -214,6 +220,7 @@ private:
         Floats sum(0.F);
         SlopeSums<Floats> slopes;
         for (int plane = part.begin; plane < part.end; ++plane, voxels += layout.plane_stride) {
+            ahead.on_plane(plane - part.begin);
             const Floats step(static_cast<float>(plane - part.begin));
             const Floats raw_r = fused(step, row_slope, row), raw_c = fused(step, column_slope, column);
             const Floats r = xsimd::min(xsimd::max(raw_r, row_min), row_max);

@@ -81,6 +81,32 @@ private:
     }
 };
 
+/// Lines of voxels to bring into the cache while a packet marches, some on each plane: many at once would wait for each
+/// other, with nothing else to do meanwhile (a quarter of the time of a DRR of 256^3, 256^2 on a busy Cascade Lake).
+struct ReadAhead {
+    static constexpr int kPerPlane = 2, kMost = kPerPlane * kSlabPlanes;
+    const void* lines[kMost];
+    int count = 0;
+
+    void on_plane(int k) const {
+        for (int i = 0; i < kPerPlane; ++i) __builtin_prefetch(lines[kPerPlane * k + i], 0, 2);
+    }
+    void at_once() const {
+        for (int i = 0; i < count; ++i) __builtin_prefetch(lines[i], 0, 2);
+    }
+    void add(const void* line) {
+        if (count < kMost) {
+            lines[count++] = line;
+        } else {
+            __builtin_prefetch(line, 0, 2);
+        }
+    }
+    /// on_plane reads all of them: what is in the cache already costs nothing.
+    void fill_up() {
+        for (int i = count; i < kMost; ++i) lines[i] = this;
+    }
+};
+
 /// Brings the next slab's voxels of a tile into the L2 cache while the packets pass the present slab, each its share:
 /// rays jump from row to row and plane to plane, which no hardware prefetcher follows. 20 ms without it are 11 with it
 /// (256^3, 256^2, one Zen 4 core). On each plane the rectangle around all that the tile meets in the slab; or, where
@@ -118,8 +144,9 @@ struct Prefetch {
         begin_plane();
     }
 
-    // The loop stays here: in a function that did nothing else, GCC would find no effect and drop it.
-    void some() {
+    /// Lines of a packet's share.
+    void some(ReadAhead& ahead) {
+        ahead.count = 0;
         for (int i = 0; i < share && plane < plane_end; ++i) {
             int begin = column0, end = column_end;
             if (exact) {
@@ -127,14 +154,18 @@ struct Prefetch {
                 begin = floor_clamped(maximum(low[0] + a, low[1] + b), column0, column_end);
                 end = floor_clamped(minimum(high[0] + a, high[1] + b), column0, column_end);
             }
-            for (int column = begin; column < end + kLine - 1; column += kLine) __builtin_prefetch(line + column, 0, 2);
+            for (int column = begin; column < end + kLine - 1; column += kLine) ahead.add(line + column);
             line += layout.row_stride;
             if (++row < row_end) continue;
             if (++plane < plane_end) begin_plane();
         }
     }
     void all() {
-        while (plane < plane_end) some();
+        ReadAhead ahead;
+        while (plane < plane_end) {
+            some(ahead);
+            ahead.at_once();
+        }
     }
 
 private:

@@ -1,4 +1,5 @@
 // The kernels for AVX2 with FMA.
+#include "backends/cpu/footprint_avx2.h"
 #include "backends/cpu/kernels.h"
 #include "backends/cpu/pairs_avx2.h"
 

@@ -99,6 +99,7 @@ enum VoxelStorage { kFloat32, kInt16 };
 struct KernelTable {
     const char* name;
     std::size_t scratch_bytes;
+    VoxelStorage storage;      ///< of the voxels that these kernels are fastest with
     bool trilinear_by_planes;  ///< cast_trilinear reads the layout of a tile's dominant axis, else only that of axis 2
     void (*cast_joseph[2])(const CastJob&) noexcept;  ///< by VoxelStorage
     void (*cast_trilinear[2])(const CastJob&) noexcept;

@@ -16,6 +16,7 @@ constexpr KernelTable make_kernel_table(const char* name) {
     constexpr Order kValue = Order::value, kSlopes = Order::derivatives;
     return {name,
             (joseph_bytes > trilinear_bytes ? joseph_bytes : trilinear_bytes) * Lanes<Arch>::packets_per_tile,
+            Footprint<Arch>::storage,
             Parts::available,
             {&Joseph<Arch, float, kValue>::cast, &Joseph<Arch, Short, kValue>::cast},
             {&Trilinear<Arch, float, kValue>::cast, &Trilinear<Arch, Short, kValue>::cast},

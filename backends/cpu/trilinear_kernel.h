@@ -90,8 +90,10 @@ private:
             part.end = part.begin + kSlabPlanes < layout.planes ? part.begin + kSlabPlanes : layout.planes;
             part.d0 = part.begin - plane_source;
             part.d1 = part.end - plane_source;
+            ReadAhead ahead;
             for (Packet* packet = packets; packet != packets + count; ++packet) {
-                prefetch.some();
+                prefetch.some(ahead);
+                ahead.at_once();
                 const Range rows = line_range(row_source, packet->row_line, packet->row_spread, part.d0, part.d1);
                 const Range columns =
                     line_range(column_source, packet->column_line, packet->column_spread, part.d0, part.d1);

@@ -55,7 +55,7 @@ double layout_bytes(const BrickMap& map, VoxelStorage storage) {
 
 VoxelStorage choose_storage(const BrickMap& map, const StorageRule& rule) {
     if (rule.wanted) return *rule.wanted;
-    return layout_bytes(map, kFloat32) <= rule.max_bytes ? kFloat32 : kInt16;
+    return rule.preferred == kFloat32 && layout_bytes(map, kFloat32) <= rule.max_bytes ? kFloat32 : kInt16;
 }
 
 VolumeLayouts make_layouts(const Volume& volume, const StorageRule& rule, int first_axis, Workers& workers) {

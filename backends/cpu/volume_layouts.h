@@ -55,8 +55,9 @@ private:
 
 /// How voxels are to be stored.
 struct StorageRule {
-    std::optional<VoxelStorage> wanted;  ///< none: float32 where all copies stay within max_bytes, else int16
+    std::optional<VoxelStorage> wanted;  ///< none: `preferred`, but float32 only where all copies stay within max_bytes
     double max_bytes = 0;
+    VoxelStorage preferred = kFloat32;
 };
 /// The rule looks at the volume alone, not at the memory that happens to be free: the same input gives the same bits.
 [[nodiscard]] VoxelStorage choose_storage(const BrickMap& map, const StorageRule& rule);

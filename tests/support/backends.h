@@ -24,10 +24,10 @@ inline bool is_required(const std::string& name) {
 }
 
 /// Options under which a backend is held to the float tolerances: float voxels, interpolated in the shader. What
-/// texture filters and 16-bit voxels do is tested in tests/backends/gl.
+/// texture filters and 16-bit voxels do is tested in tests/backends/gl and tests/backends/cpu.
 inline BackendOptions parity_options() {
     BackendOptions options;
-    options.gl.storage = options.gl_2006.storage = Storage::float32;
+    options.cpu.storage = options.gl.storage = options.gl_2006.storage = Storage::float32;
     options.gl.interpolation = options.gl_2006.interpolation = Interpolation::exact;
     return options;
 }

@@ -33,7 +33,8 @@ class CpuCost : public testing::TestWithParam<std::string> {
 protected:
     static void expect_equal_costs(const NamedScene& named, Projector projector, const Similarity& similarity) {
         const Scene scene = named.scene(projector, similarity);
-        auto backend = make_cpu_backend({.threads = 2, .instruction_set = instruction_set_from_name(GetParam())});
+        auto backend = make_cpu_backend(
+            {.threads = 2, .instruction_set = instruction_set_from_name(GetParam()), .storage = Storage::float32});
         ASSERT_EQ(backend->info().instruction_set, GetParam());
         auto session = backend->prepare(scene);
         auto reference = make_reference_backend()->prepare(scene);
@@ -61,7 +62,9 @@ void expect_equal_linearizations(const NamedScene& named, Projector projector, c
                                  const std::string& instruction_set) {
     const Scene scene = named.scene(projector, similarity);
     auto session =
-        make_cpu_backend({.threads = 2, .instruction_set = instruction_set_from_name(instruction_set)})->prepare(scene);
+        make_cpu_backend(
+            {.threads = 2, .instruction_set = instruction_set_from_name(instruction_set), .storage = Storage::float32})
+            ->prepare(scene);
     auto reference = make_reference_backend()->prepare(scene);
     std::vector<RigidTransform> poses;
     for (unsigned seed = 30; seed < 33; ++seed) poses.push_back(pose_near_identity(seed));
@@ -103,11 +106,14 @@ TEST_P(CpuCost, LinearizingHasTheSameBitsAtAnyNumberOfThreadsAndInAnyBatch) {
     std::vector<RigidTransform> poses;
     for (unsigned seed = 40; seed < 52; ++seed) poses.push_back(pose_near_identity(seed));
     std::vector<Linearization> first(poses.size()), other(poses.size());
-    make_cpu_backend({.threads = 1, .instruction_set = instruction_set_from_name(GetParam())})
+    make_cpu_backend(
+        {.threads = 1, .instruction_set = instruction_set_from_name(GetParam()), .storage = Storage::float32})
         ->prepare(scene)
         ->linearize(poses, {0, 0, 0}, first);
     auto session =
-        make_cpu_backend({.threads = 3, .instruction_set = instruction_set_from_name(GetParam())})->prepare(scene);
+        make_cpu_backend(
+            {.threads = 3, .instruction_set = instruction_set_from_name(GetParam()), .storage = Storage::float32})
+            ->prepare(scene);
     for (std::size_t i = 0; i < poses.size(); ++i) session->linearize({&poses[i], 1}, {0, 0, 0}, {&other[i], 1});
     for (std::size_t i = 0; i < poses.size(); ++i) {
         EXPECT_EQ(first[i].cost, other[i].cost);
@@ -141,8 +147,10 @@ TEST_P(CpuCost, MasksAreExact) {
 
 TEST_P(CpuCost, CameraLookingAwayCostsOne) {
     const NamedScene named = cost_scene({45, 37}, false);
-    auto session = make_cpu_backend({.threads = 1, .instruction_set = instruction_set_from_name(GetParam())})
-                       ->prepare(named.scene(Projector::joseph));
+    auto session =
+        make_cpu_backend(
+            {.threads = 1, .instruction_set = instruction_set_from_name(GetParam()), .storage = Storage::float32})
+            ->prepare(named.scene(Projector::joseph));
     const std::array<RigidTransform, 1> away = {RigidTransform::translate({5000, 5000, 5000})};
     std::array<double, 1> cost{};
     session->evaluate(away, cost);

@@ -24,6 +24,8 @@ TEST(CpuMemory, ALargeVolumeIsStoredAsInt16AndASmallOneAsFloat32) {
     EXPECT_EQ(cpu::choose_storage(cpu::dense_map(64, 64, 64), {.wanted = cpu::kInt16, .max_bytes = 1e12}), cpu::kInt16);
     EXPECT_EQ(cpu::choose_storage(cpu::dense_map(512, 512, 1000), {.wanted = cpu::kFloat32}), cpu::kFloat32);
     EXPECT_EQ(cpu::choose_storage(cpu::dense_map(1, 1, 1), {.max_bytes = 0}), cpu::kInt16);
+    const cpu::StorageRule short_first{.max_bytes = kDefault.max_bytes, .preferred = cpu::kInt16};
+    EXPECT_EQ(cpu::choose_storage(cpu::dense_map(1, 1, 1), short_first), cpu::kInt16);
 }
 
 TEST(CpuMemory, AThousandSlicesOf512SquaredStayBelowFourGiB) {
@@ -86,12 +88,26 @@ TEST(CpuMemory, AnObjectInACornerOfItsVolumeTakesTheMemoryOfTheObject) {
 TEST(CpuMemory, TheLimitOfAutomaticStorageIsAnOption) {
     const NamedScene named{
         "limit", random_volume({64, 64, 64}, {1, 1, 1}, 1), {view_along(rotation(0, 0, 0), {9, 9}, 2)}};
-    const auto layout = [&](const CpuOptions& options) {
+    const auto layout = [&](CpuOptions options) {
+        options.instruction_set = instruction_set_from_name(available_sets().back());  // prefers float32
         return make_cpu_backend(options)->prepare(named.scene(Projector::joseph))->volume_layout();
     };
     EXPECT_THAT(layout({}), testing::StartsWith("float32, 1 copy"));
     EXPECT_THAT(layout({.max_volume_bytes = 1 << 20}), testing::StartsWith("int16"));
     EXPECT_THAT(layout({.storage = Storage::float32, .max_volume_bytes = 1 << 20}), testing::StartsWith("float32"));
+}
+
+TEST(CpuMemory, Avx2KeepsInt16ByItselfAndFloat32WhereAsked) {
+    if (std::ranges::count(available_sets(), "avx2") == 0) GTEST_SKIP() << "no AVX2 here";
+    const NamedScene named{
+        "avx2", random_volume({64, 64, 64}, {1, 1, 1}, 1), {view_along(rotation(0, 0, 0), {9, 9}, 2)}};
+    CpuOptions options{.instruction_set = InstructionSet::avx2};
+    const auto layout = [&] {
+        return make_cpu_backend(options)->prepare(named.scene(Projector::joseph))->volume_layout();
+    };
+    EXPECT_THAT(layout(), testing::StartsWith("int16"));
+    options.storage = Storage::float32;
+    EXPECT_THAT(layout(), testing::StartsWith("float32"));
 }
 
 TEST(CpuMemory, TwoToThe31VoxelsAreCountedRightAndRefusedWhereTheyDoNotFit) {

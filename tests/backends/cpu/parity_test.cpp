@@ -19,7 +19,8 @@ class CpuParity : public testing::TestWithParam<ParityCase> {};
 TEST_P(CpuParity, ImageEqualsReference) {
     const auto& [set, projector, named] = GetParam();
     const Scene scene = named.scene(projector);
-    auto backend = make_cpu_backend({.threads = 2, .instruction_set = instruction_set_from_name(set)});
+    auto backend = make_cpu_backend(
+        {.threads = 2, .instruction_set = instruction_set_from_name(set), .storage = Storage::float32});
     ASSERT_EQ(backend->info().instruction_set, set);
     auto session = backend->prepare(scene);
     auto reference = make_reference_backend()->prepare(scene);
@@ -63,7 +64,8 @@ TEST_P(CpuDerivatives, LinearizationEqualsReference) {
     add_images(named, pose_near_identity(7, 0.2));
     const Scene scene = named.scene(projector, {Metric::ncc, {}});
     const auto session =
-        make_cpu_backend({.threads = 2, .instruction_set = instruction_set_from_name(set)})->prepare(scene);
+        make_cpu_backend({.threads = 2, .instruction_set = instruction_set_from_name(set), .storage = Storage::float32})
+            ->prepare(scene);
     const auto reference = make_reference_backend()->prepare(scene);
     const double source_mm = named.views[0].geometry.camera_from_world.translation_mm.norm();
     const double tolerance = 1e-4 * std::max(1.0, source_mm / 600);
