@@ -20,6 +20,19 @@ float mean_of_block(const Volume& fine, const Eigen::Vector3i& coarse, const Eig
     return static_cast<float>(sum / factor.prod());
 }
 
+/// The same for a row of coarse voxels with all eight fine ones, which lie in four rows: the same sums in the same
+/// order, without asking for each voxel where it is.
+void means_of_blocks(const float* const (&rows)[4], int count, float* out) {
+    for (int x = 0; x < count; ++x) {
+        double sum = 0;
+        for (const float* row : rows) {
+            sum += row[2 * x];
+            sum += row[2 * x + 1];
+        }
+        out[x] = static_cast<float>(sum / 8);
+    }
+}
+
 }  // namespace
 
 Volume half_resolution(const Volume& volume) {
@@ -33,7 +46,17 @@ Volume half_resolution(const Volume& volume) {
     half.attenuation_per_mm.resize(static_cast<std::size_t>(half.grid.voxel_count()));
     for (int z = 0; z < half.grid.size.z(); ++z) {
         for (int y = 0; y < half.grid.size.y(); ++y) {
-            for (int x = 0; x < half.grid.size.x(); ++x) {
+            const bool is_inside =
+                factor.prod() == 8 && 2 * y + 1 < volume.grid.size.y() && 2 * z + 1 < volume.grid.size.z();
+            const int whole = is_inside ? volume.grid.size.x() / 2 : 0;
+            if (whole > 0) {
+                const auto row = [&](int dy, int dz) {
+                    return &volume.attenuation_per_mm[volume.index(0, 2 * y + dy, 2 * z + dz)];
+                };
+                means_of_blocks({row(0, 0), row(1, 0), row(0, 1), row(1, 1)}, whole,
+                                &half.attenuation_per_mm[half.index(0, y, z)]);
+            }
+            for (int x = whole; x < half.grid.size.x(); ++x) {
                 half.attenuation_per_mm[half.index(x, y, z)] = mean_of_block(volume, {x, y, z}, factor);
             }
         }

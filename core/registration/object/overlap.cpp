@@ -23,6 +23,16 @@ std::optional<Eigen::Vector2i> pixel_that_shows(const View& view, const Eigen::V
     return Eigen::Vector2i(x, y);
 }
 
+/// Adds what attenuates in a row of voxels to the sums of its cells. A voxel of each cell in turn: sums of one cell
+/// would wait for each other.
+void add_row(const float* voxels, int count, int cell, double* sums) {
+    const int whole = count / cell;
+    for (int i = 0; i < cell; ++i) {
+        for (int c = 0; c < whole; ++c) sums[c] += std::max(0.F, voxels[c * cell + i]);
+    }
+    for (int x = whole * cell; x < count; ++x) sums[whole] += std::max(0.F, voxels[x]);
+}
+
 }  // namespace
 
 ObjectSample sample_object(const Volume& volume) {
@@ -30,12 +40,11 @@ ObjectSample sample_object(const Volume& volume) {
     const int cell = std::max(1, (grid.size.maxCoeff() + kCells - 1) / kCells);
     const Eigen::Vector3i cells = (grid.size.array() + cell - 1) / cell;
     std::vector<double> sums(static_cast<std::size_t>(cells.prod()));
-    std::size_t voxel = 0;
+    const float* voxels = volume.attenuation_per_mm.data();
     for (int z = 0; z < grid.size.z(); ++z) {
-        for (int y = 0; y < grid.size.y(); ++y) {
+        for (int y = 0; y < grid.size.y(); ++y, voxels += grid.size.x()) {
             const std::size_t row = (static_cast<std::size_t>(z / cell) * cells.y() + y / cell) * cells.x();
-            for (int x = 0; x < grid.size.x(); ++x)
-                sums[row + x / cell] += std::max(0.F, volume.attenuation_per_mm[voxel++]);
+            add_row(voxels, grid.size.x(), cell, &sums[row]);
         }
     }
     double total = 0;

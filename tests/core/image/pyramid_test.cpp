@@ -52,6 +52,22 @@ TEST(VolumePyramid, KeepsMassForEvenOddAndFlatSizes) {
     }
 }
 
+TEST(VolumePyramid, AVoxelIsTheMeanOfEightOrOfThoseThatAreThere) {
+    const Volume fine = random_volume({11, 7, 5}), half = half_resolution(fine);
+    for (int z = 0; z < 3; ++z) {
+        for (int y = 0; y < 4; ++y) {
+            for (int x = 0; x < 6; ++x) {
+                double sum = 0;
+                for (int i = 0; i < 8; ++i) {
+                    const int fx = 2 * x + i % 2, fy = 2 * y + i / 2 % 2, fz = 2 * z + i / 4;
+                    if (fx < 11 && fy < 7 && fz < 5) sum += fine(fx, fy, fz);
+                }
+                ASSERT_EQ(half(x, y, z), static_cast<float>(sum / 8)) << x << " " << y << " " << z;
+            }
+        }
+    }
+}
+
 TEST(VolumePyramid, KeepsTheCentreOfMassOfConstantBlocks) {
     // Every voxel of a block has the same value, so nothing moves within blocks: the grids must lie alike.
     Volume fine = random_volume({8, 6, 4});
