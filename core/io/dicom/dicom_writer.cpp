@@ -44,6 +44,11 @@ DicomWriter& DicomWriter::sequence(std::uint32_t tag, const std::vector<DicomWri
     return *this;
 }
 
+DicomWriter& DicomWriter::append(const DicomWriter& more) {
+    data_ += more.data_;
+    return *this;
+}
+
 DicomWriter& DicomWriter::compressed_pixels(std::string_view stream) {
     std::string fragment(stream);
     if (fragment.size() % 2 != 0) fragment += '\0';

@@ -13,6 +13,8 @@ public:
     DicomWriter& text(std::uint32_t tag, std::string_view vr, std::string value);
     DicomWriter& number(std::uint32_t tag, std::uint16_t value);  ///< US
     DicomWriter& sequence(std::uint32_t tag, const std::vector<DicomWriter>& items);
+    /// The elements of another data set.
+    DicomWriter& append(const DicomWriter& more);
     /// Compressed pixels: one fragment.
     DicomWriter& compressed_pixels(std::string_view stream);
 
