@@ -108,7 +108,8 @@ void draw_scale_bar(RgbImage& panel, double px_per_mm) {
     const int x = 12, y = panel.height - 18;
     fill(panel, x - 2, y - 2, length_px + 4, 8, kPaper);
     fill(panel, x, y, length_px, 4, kWhite);
-    draw_text(panel, std::to_string(static_cast<int>(length_mm)) + " mm", x + length_px + 10, y - 6, 2, kWhite);
+    draw_text(panel, std::to_string(static_cast<int>(length_mm)) + " mm at the object", x + length_px + 10, y - 6, 2,
+              kWhite);
 }
 
 struct Word {

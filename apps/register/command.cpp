@@ -1,11 +1,13 @@
 #include <iostream>
 
+#include "apps/objects/scene_inputs.h"
 #include "apps/pictures/overlay.h"
+#include "apps/register/dicom_out.h"
 #include "apps/register/refined_views.h"
 #include "apps/register/report.h"
 #include "apps/register/scene_command.h"
-#include "apps/register/scene_inputs.h"
 #include "apps/register/summary.h"
+#include "apps/register/viewer.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/flags.h"
@@ -56,10 +58,12 @@ std::optional<double> px_per_mm(const View& view, const RigidTransform& world_fr
 
 /// Returns the pictures of report.html.
 std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const RegistrationOptions& options,
-                                        const RegistrationResult& result, Backend& backend, OutputFolder& folder) {
+                                        const RegistrationResult& result, Backend& backend, OutputFolder& folder,
+                                        DicomOut& dicom) {
     std::vector<PageOverlay> overlays;
     const std::vector<View> as_found = views_of(result, inputs.views);
     std::vector<View> views = as_found;
+    const ResultTexts texts = result_texts(result.ok, result.reasons, std::span(&result.world_from_ct, 1));
     for (View& view : views) view.image = view.weights = {};  // they are only rendered and need no channels
     const auto session = backend.prepare({inputs.volume, views, options.render, options.similarity});
     for (std::size_t i = 0; i < as_found.size(); ++i) {
@@ -68,9 +72,11 @@ std::vector<PageOverlay> stage_pictures(const RegisterInputs& inputs, const Regi
         const Image drr_start = session->render(inputs.start_world_from_ct, i);
         const Image drr_result = session->render(result.world_from_ct, i);
         write_image(folder.stage(drr_file_name(view.name)), drr_result);
-        write_png(folder.stage(overlay_file_name(view.name)),
-                  overlay_picture({view.name, view.image, view.weights, drr_start, drr_result,
-                                   px_per_mm(view, result.world_from_ct, inputs.volume.grid.centre_ct_mm())}));
+        const RgbImage picture =
+            overlay_picture({view.name, view.image, view.weights, drr_start, drr_result,
+                             px_per_mm(view, result.world_from_ct, inputs.volume.grid.centre_ct_mm())});
+        write_png(folder.stage(overlay_file_name(view.name)), picture);
+        dicom.stage(view, inputs.origins[i], picture, drr_result, texts);
         overlays.push_back(
             page_overlay(view.name, view, drr_start, drr_result, folder.stage("report.html").parent_path()));
     }
@@ -89,7 +95,7 @@ std::optional<TruthComparison> compare_with_truth(const RegisterInputs& inputs, 
 
 /// Writes everything but moves nothing into place yet. Returns report.json's text.
 std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registration, Backend& backend,
-                          Clock::time_point begin, OutputFolder& folder) {
+                          Clock::time_point begin, OutputFolder& folder, DicomOut& dicom) {
     write_pose(folder.stage("pose.json"), run.result.world_from_ct);
     write_pose(folder.stage("pose.tfm"), run.result.world_from_ct);
     if (!run.inputs.dicom_ct.empty()) {
@@ -99,11 +105,12 @@ std::string stage_outputs(RegisterRun& run, const RegistrationOptions& registrat
         write_text(folder.stage(kRefinedViews), refined_views_json(views_of(run.result, run.inputs.views),
                                                                    run.inputs.origins, run.options.output.folder));
     }
-    const std::vector<PageOverlay> overlays = stage_pictures(run.inputs, registration, run.result, backend, folder);
+    const std::vector<PageOverlay> overlays =
+        stage_pictures(run.inputs, registration, run.result, backend, folder, dicom);
     run.total_s = seconds_since(begin) - run.inputs.hashes.time_s;
     const std::string report = report_json(run);
     write_text(folder.stage("report.json"), report);
-    write_text(folder.stage("report.html"), register_page(report, overlays));
+    write_text(folder.stage("report.html"), register_page(report, overlays, result_viewer(run)));
     return report;
 }
 
@@ -122,14 +129,16 @@ int run_register(const RegisterOptions& options, const Invocation& invocation) {
     const std::vector<std::string> names = output_file_names(inputs, options);
     refuse_to_overwrite(inputs.files, options.output.folder, names);
     OutputFolder folder(options.output.folder);  // before the work: an unwritable folder should not cost a run
+    DicomOut dicom(options.dicom_out, inputs.views, inputs.files);
 
     RegistrationResult result = run_with_progress(inputs, registration, *choice.backend, options.output);
     std::optional<TruthComparison> truth = compare_with_truth(inputs, result);
     RegisterRun run{options,          invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result),
                     std::move(truth), names,      0};
-    const std::string report = stage_outputs(run, registration, *choice.backend, begin, folder);
+    const std::string report = stage_outputs(run, registration, *choice.backend, begin, folder, dicom);
     stop_if_interrupted();
     folder.commit();
+    dicom.commit();
 
     if (options.output.json) {
         std::cout << report;
@@ -154,33 +163,9 @@ void add_refine_flags(CLI::App& command, RefineFlags& flags) {
              "NAME", kMethodGroup);
 }
 
-/// What serves one object and several takes the place of what the shared flags have for one.
 void add_scene_flags(CLI::App& command, SceneFlags& flags) {
-    for (const char* name : {"--object", "--start", "--truth"}) command.remove_option(command.get_option(name));
-    describe(command.add_option("--object", flags.objects,
-                                "Object of --labels by name or number, with a pose of its own; may be repeated;\n"
-                                "all-bones: every bone of the map that a view shows; or a box to keep of the CT,\n"
-                                "X0,Y0,Z0,X1,Y1,Z1 in mm (LPS), or voxels:I0,J0,K0,I1,J1,K1; default the whole CT"),
-             "NAME|BOX ...", kObjectGroup);
-    describe(command.add_option("--bone", flags.bones,
-                                "Object with a CT of its own, or of -v by labels of --labels (3 or 3,4 or a name);\n"
-                                "may be repeated; default none"),
-             "NAME=FILE|LABELS ...", kObjectGroup);
-    command
-        .add_flag("--segment-bones", flags.segment_bones,
-                  "No --labels: split the CT into connected bones, named by place (left_1, middle_2, ...\n"
-                  "from the head down); for registration, no diagnosis; bone is above --bone-threshold,\n"
-                  "else 200 HU; default off")
-        ->group(kObjectGroup);
-    describe(command.add_option("--rest", flags.rest,
-                                "What is left of the CT beside its objects: body (moves), still or none; default none"),
-             "NAME", kObjectGroup);
-    describe(command.add_option(
-                 "--start", flags.starts,
-                 "world_from_ct to start from, for all objects or one: pose.json, .tfm (ct_from_world), .dcm,\n"
-                 ".jts, .tra or \"dicom\"; may be repeated;\n"
-                 "default: CT centre where central rays meet, patient axes as world axes"),
-             "[NAME=]FILE ...", kStartGroup);
+    add_several_objects_flags(command, flags);
+    command.remove_option(command.get_option("--truth"));
     describe(command.add_option("--truth", flags.truths,
                                 "True pose, of all objects or one, to report the error; default none"),
              "[NAME=]FILE ...", kStartGroup);
@@ -192,6 +177,17 @@ void add_scene_flags(CLI::App& command, SceneFlags& flags) {
     describe(command.add_option("--cardan", flags.cardan,
                                 "Order of the joint's angles, proximal axis first, as track has it; default XYZ"),
              "NAME", kOutputGroup);
+}
+
+void add_page_flags(CLI::App& command, RegisterOptions& options) {
+    describe(command.add_option("--dicom-out", options.dicom_out,
+                                "Also leave overlay and DRR of each view as DICOM Secondary Captures of the patient's\n"
+                                "study, where X-ray or CT is DICOM; default none"),
+             "DIR", kOutputGroup);
+    command
+        .add_flag("--no-viewer", options.no_viewer,
+                  "Leave out of report.html what corrects the result by hand, some MB; default off")
+        ->group(kOutputGroup);
 }
 
 }  // namespace
@@ -216,6 +212,7 @@ void add_register_command(CLI::App& app, Job& job) {
         {.folder = "Folder for pose, report, overlays, DRRs; replaced when there is a result, doubtful or not",
          .json_file = "report.json",
          .quiet = "No progress bar, no summary"});
+    add_page_flags(command, *options);
     finish_command(
         command,
         "  raylign register -v ct.nii.gz --views views.json --start pose.json -o result\n"
@@ -226,7 +223,8 @@ void add_register_command(CLI::App& app, Job& job) {
         "                   --views views.json --start pose.json -o lumbar\n"
         "  raylign register --bone radius=rad.tif --bone ulna=uln.tif --start radius=r.json --start ulna=u.json\n"
         "                   --views views.json --joint radius,ulna -o forearm");
-    command.callback([options, &job] {
+    command.callback([options, &command, &job] {
+        options->go_on = register_again(command, options->output.folder);
         job = [options](const Invocation& invocation) {
             if (is_scene(*options)) return run_register_scene(*options, invocation);
             RegisterOptions one = *options;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
-#include <vector>
 
+#include "apps/objects/object_options.h"
 #include "apps/shared/flags.h"
+#include "apps/viewer/viewer_page.h"
 
 namespace raylign::detail::apps {
 
@@ -13,29 +15,16 @@ struct RefineFlags {
     std::string kept_view;  ///< name, or none; "" = the first
 };
 
-/// Several objects at once.
-struct SceneFlags {
-    std::vector<std::string> objects;         ///< names or numbers of labels, "all-bones", or one box for --object
-    std::vector<std::string> bones;           ///< NAME=FILE or NAME=LABELS
-    std::vector<std::string> starts, truths;  ///< FILE or NAME=FILE
-    bool segment_bones = false;               ///< no label map: the CT's connected bones are the labels
-    std::string rest;                         ///< body, still or none; "" = none
-    std::vector<std::string> joints;          ///< PROXIMAL,DISTAL or PROXIMAL,DISTAL=MM,DEG
-    std::string cardan;                       ///< "" = XYZ
-};
-
 /// What the command line of `register` says.
-struct RegisterOptions {
-    SceneFlags scene;
-    VolumeFlags volume;
-    ViewFlags views;
-    StartFlags start;
-    TruthFlags truth;
+struct RegisterOptions : ObjectOptions {
     MethodFlags method;
     SearchFlags search;
     RefineFlags refine;
     BackendFlags backend;
     OutputFlags output;
+    std::filesystem::path dicom_out;  ///< folder for DICOM pictures; "" = none
+    bool no_viewer = false;
+    GoOn go_on;  ///< this command again, from another start
 };
 
 }  // namespace raylign::detail::apps

@@ -168,8 +168,9 @@ std::string report_json(const RegisterRun& run) {
     return indented(report);
 }
 
-std::string register_page(const std::string& report, const std::vector<PageOverlay>& overlays) {
-    return report_page("register", report, overlays, {{"machine", one_line(machine_json())}});
+std::string register_page(const std::string& report, const std::vector<PageOverlay>& overlays,
+                          const PageScript& viewer) {
+    return report_page("register", report, overlays, {{"machine", one_line(machine_json())}}, viewer);
 }
 
 }  // namespace raylign::detail::apps

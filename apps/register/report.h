@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/register/inputs.h"
-#include "apps/report_page/report_page.h"
+#include "apps/report_page/page_script.h"
 #include "apps/shared/invocation.h"
 #include "apps/shared/json_text.h"
 #include "raylign/backends.h"
@@ -40,7 +40,8 @@ struct RegisterRun {
 /// report.json, indented, with a final newline.
 [[nodiscard]] std::string report_json(const RegisterRun& run);
 
-/// report.html; `report`: what report_json gave.
-[[nodiscard]] std::string register_page(const std::string& report, const std::vector<PageOverlay>& overlays);
+/// report.html; `report`: what report_json gave; `viewer`: its part to correct the result.
+[[nodiscard]] std::string register_page(const std::string& report, const std::vector<PageOverlay>& overlays,
+                                        const PageScript& viewer);
 
 }  // namespace raylign::detail::apps

@@ -4,7 +4,9 @@
 #include <iostream>
 
 #include "apps/pictures/overlay.h"
+#include "apps/register/dicom_out.h"
 #include "apps/register/scene_report.h"
+#include "apps/register/viewer.h"
 #include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
@@ -90,7 +92,7 @@ Image sum_of(const std::vector<Image>& images) {
 
 /// Returns the pictures of report.html.
 std::vector<PageOverlay> stage_scene_pictures(const SceneRun& run, const RegistrationOptions& options, Backend& backend,
-                                              OutputFolder& folder) {
+                                              OutputFolder& folder, DicomOut& dicom) {
     std::vector<RigidTransform> starts, found;
     std::vector<std::string> names;
     for (std::size_t k = 0; k < run.inputs.objects.size(); ++k) {
@@ -101,12 +103,15 @@ std::vector<PageOverlay> stage_scene_pictures(const SceneRun& run, const Registr
     const auto before = drrs_of(run.inputs, options, starts, backend);
     const auto after = drrs_of(run.inputs, options, found, backend);
     std::vector<PageOverlay> overlays;
+    const ResultTexts texts = result_texts(run.result.ok, all_reasons(run), found);
     for (std::size_t v = 0; v < run.inputs.views.size(); ++v) {
         const View& view = run.inputs.views[v];
         const Image all = sum_of(after[v]);
         write_image(folder.stage(drr_file_name(view.name)), all);
-        write_png(folder.stage("overlay_" + view.name + ".png"),
-                  objects_picture({view.name, view.image, view.weights, names, before[v], after[v], all}));
+        const RgbImage picture =
+            objects_picture({view.name, view.image, view.weights, names, before[v], after[v], all});
+        write_png(folder.stage("overlay_" + view.name + ".png"), picture);
+        dicom.stage(view, run.inputs.origins[v], picture, all, texts);
         const std::filesystem::path scratch = folder.stage("report.html").parent_path();
         overlays.push_back(page_overlay(view.name, view, sum_of(before[v]), all, scratch));
         for (std::size_t k = 0; k < names.size(); ++k) {
@@ -128,19 +133,19 @@ void stage_split(const BoneSplit& split, OutputFolder& folder) {
 
 /// Writes everything but moves nothing into place yet. Returns report.json's text.
 std::string stage_scene(SceneRun& run, const RegistrationOptions& options, Backend& backend, Clock::time_point begin,
-                        OutputFolder& folder) {
+                        OutputFolder& folder, DicomOut& dicom) {
     for (std::size_t k = 0; k < run.inputs.objects.size(); ++k) {
         const std::string stem = "pose_" + run.inputs.objects[k].name;
         write_pose(folder.stage(stem + ".json"), run.result.objects[k].world_from_ct);
         write_pose(folder.stage(stem + ".tfm"), run.result.objects[k].world_from_ct);
     }
     if (run.inputs.split) stage_split(*run.inputs.split, folder);
-    const std::vector<PageOverlay> overlays = stage_scene_pictures(run, options, backend, folder);
+    const std::vector<PageOverlay> overlays = stage_scene_pictures(run, options, backend, folder, dicom);
     run.total_s = seconds_since(begin) - run.inputs.hashes.time_s;
     const std::string report = scene_json(run);
     write_text(folder.stage("report.json"), report);
     write_text(folder.stage("report.html"),
-               report_page("scene", report, overlays, {{"machine", one_line(machine_json())}}));
+               report_page("scene", report, overlays, {{"machine", one_line(machine_json())}}, result_viewer(run)));
     return report;
 }
 
@@ -160,13 +165,15 @@ int run_register_scene(const RegisterOptions& options, const Invocation& invocat
     const std::vector<std::string> names = scene_file_names(inputs);
     refuse_to_overwrite(inputs.files, options.output.folder, names);
     OutputFolder folder(options.output.folder);  // before the work: an unwritable folder should not cost a run
+    DicomOut dicom(options.dicom_out, inputs.views, inputs.files);
     SceneResult result = register_with_progress(inputs, registration, *choice.backend, options.output);
     SceneRun run{options, invocation, inputs, choice.backend->info(), choice.passed_over, std::move(result),
                  {},      names,      0};
     run.collisions = collisions_of(inputs, run.result);
-    const std::string report = stage_scene(run, registration, *choice.backend, begin, folder);
+    const std::string report = stage_scene(run, registration, *choice.backend, begin, folder, dicom);
     stop_if_interrupted();
     folder.commit();
+    dicom.commit();
     if (options.output.json) {
         std::cout << report;
     } else if (!options.output.quiet) {

@@ -64,17 +64,6 @@ Json object_json(const SceneInput& object, const RegistrationResult& result, con
     return json;
 }
 
-/// Why not, of all objects together.
-std::vector<std::string> all_reasons(const SceneRun& run) {
-    std::vector<std::string> reasons;
-    for (std::size_t k = 0; k < run.inputs.objects.size(); ++k) {
-        for (const std::string& reason : run.result.objects[k].reasons) {
-            reasons.push_back(run.inputs.objects[k].name + ": " + reason);
-        }
-    }
-    return reasons;
-}
-
 CardanSequence sequence_of(const SceneRun& run) {
     const std::string& name = run.options.scene.cardan;
     return CardanSequence::from_name(name.empty() ? "XYZ" : name);
@@ -143,6 +132,16 @@ std::string object_line(const SceneInput& object, const RegistrationResult& resu
 }
 
 }  // namespace
+
+std::vector<std::string> all_reasons(const SceneRun& run) {
+    std::vector<std::string> reasons;
+    for (std::size_t k = 0; k < run.inputs.objects.size(); ++k) {
+        for (const std::string& reason : run.result.objects[k].reasons) {
+            reasons.push_back(run.inputs.objects[k].name + ": " + reason);
+        }
+    }
+    return reasons;
+}
 
 std::vector<SceneJoint> scene_joints(const SceneRun& run, const CardanSequence& sequence) {
     const auto world_from_axes = [&](std::size_t k) {

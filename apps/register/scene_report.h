@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/register/scene_inputs.h"
+#include "apps/objects/scene_inputs.h"
 #include "apps/report_page/report_page.h"
 #include "apps/shared/invocation.h"
 #include "core/registration/scene/collisions.h"
@@ -34,6 +34,9 @@ struct SceneJoint {
     JointOutcome outcome;  ///< of the limit
 };
 [[nodiscard]] std::vector<SceneJoint> scene_joints(const SceneRun& run, const CardanSequence& sequence);
+
+/// Why objects are doubtful, each with its name.
+[[nodiscard]] std::vector<std::string> all_reasons(const SceneRun& run);
 
 /// report.json, indented, with a final newline.
 [[nodiscard]] std::string scene_json(const SceneRun& run);

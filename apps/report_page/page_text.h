@@ -2,16 +2,19 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 namespace raylign::detail::apps {
 
-/// A page with its marks (@TITLE@, ...) replaced, each once, in this order: what is filled in last may hold marks.
-[[nodiscard]] std::string filled(std::string page,
-                                 const std::vector<std::pair<std::string_view, std::string_view>>& texts);
+/// What goes into page.html, the frame of all pages.
+struct PageParts {
+    std::string_view title, style;
+    std::string_view main;  ///< id of <main>, by which the script knows the page
+    std::string_view data;  ///< JSON
+    std::string libraries;  ///< scripts before the page's own
+    std::string_view script;
+};
 
-/// JSON for inside <script>: a "</script>" in a file's name must not end it. "\u003c" is the same text to JSON.
-[[nodiscard]] std::string safe_in_script(std::string_view json);
+/// A self-contained page. A "</script>" in the data does not end it.
+[[nodiscard]] std::string framed(const PageParts& parts);
 
 }  // namespace raylign::detail::apps

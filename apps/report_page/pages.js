@@ -27,10 +27,11 @@ function poseSection(report) {
 }
 
 // What `place` and `register` have in common: the CT and the views.
-const PLACE_OPTIONS = new Set(["-v", "--volume", "--hu", "--hu-offset", "--attenuation", "--series", "--spacing", "--labels", "--label", "--labels-table", "--object", "--bone-threshold", "--clip", "--material", "--mesh-spacing", "--mesh-unit", "--views", "--undistorted", "--auto-mask"]);
+const PLACE_OPTIONS = new Set(["-v", "--volume", "--hu", "--hu-offset", "--attenuation", "--series", "--spacing", "--labels", "--label", "--labels-table", "--object", "--bone", "--segment-bones", "--rest", "--bone-threshold", "--clip", "--material", "--mesh-spacing", "--mesh-unit", "--views", "--undistorted", "--auto-mask"]);
 
 // The command that shows this result in a page to correct it, from the command that made it. Words stay quoted as they are.
-function placeCommand(command) {
+// `starts`: --start's values, for the folder of the results.
+function placeCommand(command, starts = (folder) => [`${folder}/pose.json`]) {
   const words = command.match(/(?:'[^']*'|\\.|[^\s'\\])+/g) ?? [], kept = [];
   let keep = false, isFolder = false, folder = ".";
   for (const word of words.slice(words.indexOf("register") + 1)) {
@@ -39,10 +40,29 @@ function placeCommand(command) {
     if (keep) kept.push(word);
     else if (isFolder && !name) folder = word;
   }
-  return [words[0], "place", ...kept, "--start", `${folder}/pose.json`, "-o", `${folder}/place.html`].join(" ");
+  return [words[0], "place", ...kept, ...starts(folder).flatMap((start) => ["--start", start]), "-o", `${folder}/place.html`].join(" ");
+}
+
+// Where the page carries the viewer, the result is corrected here; it opens on request, since it is at work then.
+const haveViewer = Boolean(data.viewer) && typeof globalThis.raylign_viewer === "function";
+function viewerSection(note) {
+  if (!haveViewer) return;
+  const host = el("div", { id: "viewer-host" }), open = el("button", { type: "button", id: "open-viewer" }, "Open the live DRRs");
+  open.addEventListener("click", () => {
+    open.remove();
+    globalThis.raylign_viewer(host, data.viewer, data.viewer_style).catch((error) => { host.textContent = `The live DRRs cannot be shown: ${error.message}`; });
+  });
+  section("Correct it by hand", note, el("div", { id: "viewer-section" }, open, host)).classList.add("on-screen");
+}
+function toViewer() {
+  return el("a", { href: "#viewer-section", onclick: () => document.getElementById("open-viewer")?.click() }, "Correct it by hand");
 }
 
 function nextSteps(report) {
+  if (haveViewer) {
+    return report.verdict.ok ? ["Look at the outlines below: they must lie on the bones of every X-ray. The pose is in ", el("code", {}, "pose.json"), " and ", el("code", {}, "pose.tfm"), ". They do not? ", toViewer(), "."]
+      : ["Look at the outlines below. Where they do lie on the bones, the reasons say what to mend. Where they do not: ", toViewer(), "."];
+  }
   const correct = [el("pre", { id: "place-command" }, placeCommand(report.command)), "There it can be moved, with live DRRs; ", el("code", {}, "start.json"), " saved there is a start for the same command again."];
   if (report.verdict.ok) return ["Look at the outlines below: they must lie on the bones of every X-ray. The pose is in ", el("code", {}, "pose.json"), " and ", el("code", {}, "pose.tfm"), ".",
     el("details", {}, el("summary", {}, "They do not? Correct it by hand"), correct)];
@@ -68,6 +88,7 @@ function registerPage({ report, images }) {
   verdict(report.verdict.ok, report.verdict.ok ? "Registered: no reason to doubt was found" : "Doubtful: do not use the result unchecked", report.verdict.reasons, registerCards(report), nextSteps(report));
   section("X-ray and DRR", "The outline of the CT projected at the pose found, over the X-ray. Choose a DRR instead and move the slider: left of it the X-ray, right of it the DRR. Letters: the patient's left, right, front (A), back (P), head, feet. Pictures are what the detector sees from the source, unless mirrored.",
     overlays(images, report.views.map((view) => sidesOf(view.camera_from_world, report.world_from_ct))));
+  viewerSection("Live DRRs over the X-rays, from a smaller copy of the CT that this page carries. What is moved here is saved as a start, and the page says how to go on from it.");
   poseSection(report);
   const steps = report.history.map((h, i) => ({ ...h, step: i + 1 }));
   const levels = [...new Set(steps.map((s) => s.level))];
@@ -109,8 +130,10 @@ function scenePage({ report, images }) {
   const moving = report.objects.filter((o) => o.moves);
   const cards = [["objects ok", `${moving.filter((o) => o.verdict.ok).length} of ${moving.length}`], ["cost (0 = perfect, 1 = unrelated)", `${number(report.cost.initial)} → ${number(report.cost.final)}`], ["time", seconds(report.time_s.total)]];
   for (const o of moving) if (o.sigma) cards.push([`${o.name}: expected error (rms)`, number(o.sigma.expected_error_mm) + " mm"]);
-  verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: look at the objects", report.verdict.reasons, cards);
-  section("X-ray and DRR", "Move the slider: left of it the X-ray, right of it all objects projected at their poses.", overlays(images));
+  verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: look at the objects", report.verdict.reasons, cards, ["Look at the outlines below: they must lie on the bones of every X-ray. They do not? ", ...(haveViewer ? [toViewer(), "."]
+    : ["Correct them by hand:", el("pre", { id: "place-command" }, placeCommand(report.command, (folder) => moving.map((o) => `${o.name}=${folder}/pose_${o.name}.json`)))])]);
+  section("X-ray and DRR", "The outline of each object projected at its pose, in a colour of its own, over the X-ray. Choose a DRR instead and move the slider: left of it the X-ray, right of it all objects.", overlays(images));
+  viewerSection("Live DRRs over the X-rays, from smaller copies of the objects that this page carries. Choose an object and move it; all together are saved as a start.");
   if (report.collisions.length) section("Collisions", "Objects that share space at the poses found: nothing forbids it. A layer of voxels is what half a voxel of motion makes.", table([{ name: "Objects", value: (c) => c.objects.join(", "), text: true, show: String }, { name: "Shared mm³", key: "volume_mm3" }, { name: "of the smaller one", key: "share", show: percent }], report.collisions));
   section("Objects", "Each is judged against what the others leave of the X-rays.", table([{ name: "Object", key: "name", text: true, show: String }, { name: "Verdict", value: (o) => (o.moves ? (o.verdict.ok ? "ok" : "doubtful") : "stays"), text: true, show: String },
     { name: "Expected error mm", value: (o) => o.sigma?.expected_error_mm }, { name: "Cost", value: (o) => o.cost.final, show: (v) => number(v, 4) },
@@ -245,7 +268,8 @@ function trackPage({ report, images }) {
   const worst = (o) => (o.expected_error_mm ? `${mm(o.expected_error_mm.p50)} / ${mm(o.expected_error_mm.p95)}` : "–");
   verdict(report.verdict.ok, report.verdict.ok ? "Every frame is ok" : "Look at the flagged frames", report.verdict.reasons,
     [["of the frames planned, done", `${report.frames.done} of ${report.frames.planned}`], ...report.objects.flatMap((o) => [[`${o.name}: frames ok`, `${o.frames_by_status.ok} of ${o.frames.length}`], [`${o.name}: expected error, median / 95 %`, worst(o)]]), ["frames per second", number(report.frames_per_second)]],
-    report.verdict.ok ? ["Look at the pictures below; poses are in ", el("code", {}, "trajectory.csv"), "."] : ["Look at the flagged frames below: each says why. Their rows in ", el("code", {}, "trajectory.csv"), " have their status. Give a better start for the first of them by ", el("code", {}, "raylign place"), ", and go on from there with ", el("code", {}, "--first"), "."]);
+    report.verdict.ok ? ["Look at the pictures below; poses are in ", el("code", {}, "trajectory.csv"), "."] : ["Look at the flagged frames below: each says why. Their rows in ", el("code", {}, "trajectory.csv"), " have their status. ", haveViewer ? ["Where an object is off: ", toViewer(), "; what is moved there becomes a key frame, and the run is corrected from it both ways."]
+      : ["Give a better pose of one of them by ", el("code", {}, "raylign place"), ", and correct the run from it with ", el("code", {}, "--keyframe N=start.json"), "."]].flat());
   const flagged = (o) => o.frames.filter((f) => f.status !== "ok");
   // A line ends where a frame has no pose, or where frames are not next to each other.
   const gaps = (frames) => frames.flatMap((f, i) => (i > 0 && f.frame > frames[i - 1].frame + 1 ? [{ frame: frames[i - 1].frame + 0.5 }, f] : [f]));
@@ -267,6 +291,7 @@ function trackPage({ report, images }) {
     { name: "Searched", key: "searched", text: true, show: String }, { name: "Cost", key: "cost", show: (v) => number(v, 4) }, { name: "From the prediction mm", key: "jump_mm" }, { name: "Expected error mm", key: "expected_error_mm" },
     { name: "Reasons", value: (f) => (f.reasons ?? []).join("; "), text: true, long: true, show: String }], rows, (f) => f.status === "lost"));
   if (images.length) section("X-ray and DRR", "The first, the middle and the last frame, and that of the largest cost. Left of the slider the X-ray, right of it the CT projected: where it was sought first, and as found.", overlays(images));
+  viewerSection("Live DRRs over the X-rays of " + (data.viewer?.frames.length ?? 0) + " of the frames: all of a short sequence, of a long one the flagged ones and others between them. An object that is moved in a frame makes it a key frame.");
   for (const o of report.objects) {
     section(o.name, "Since its first pose, in the world of the views. Upright lines are frames to look at: yellow doubtful, red lost, grey missing. Triangles: a wider search ran.", charts(() => [
       chart("Place of the CT's centre", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true, tickFormat: (v) => number(v) }, marks: [flags(flagged(o)), ...curves(o.frames, "moved_mm", ["x", "y", "z"]), searches(o)] }, axes),

@@ -5,6 +5,7 @@
 
 #include "apps/pictures/picture.h"
 #include "apps/report_page/page_files.h"
+#include "apps/report_page/page_script.h"
 #include "apps/report_page/page_text.h"
 #include "apps/shared/json_text.h"
 
@@ -15,8 +16,7 @@ constexpr int kLongestSide_px = 512;
 
 Json json_of(const PageLayer& layer) { return {{"label", layer.label}, {"uri", layer.uri}}; }
 
-}  // namespace
-
+/// A page with its marks (@TITLE@, ...) replaced, each once, in this order: what is filled in last may hold marks.
 std::string filled(std::string page, const std::vector<std::pair<std::string_view, std::string_view>>& texts) {
     for (const auto& [mark, text] : texts) {
         const std::size_t at = page.find(mark);
@@ -25,6 +25,7 @@ std::string filled(std::string page, const std::vector<std::pair<std::string_vie
     return page;
 }
 
+/// JSON for inside <script>: "\u003c" is the same text to JSON.
 std::string safe_in_script(std::string_view json) {
     std::string safe;
     safe.reserve(json.size());
@@ -36,6 +37,17 @@ std::string safe_in_script(std::string_view json) {
         }
     }
     return safe;
+}
+
+}  // namespace
+
+std::string framed(const PageParts& parts) {
+    return filled(std::string(page_html()), {{"@TITLE@", parts.title},
+                                             {"@STYLE@", parts.style},
+                                             {"@MAIN@", parts.main},
+                                             {"@SCRIPT@", parts.script},
+                                             {"@LIBRARIES@", parts.libraries},
+                                             {"@DATA@", safe_in_script(parts.data)}});
 }
 
 std::string base64(std::string_view bytes) {
@@ -76,6 +88,11 @@ PageOverlay page_overlay(const std::string& title, const View& view, const Image
 
 std::string report_page(std::string_view kind, std::string_view report, const std::vector<PageOverlay>& overlays,
                         const std::vector<std::pair<std::string, std::string>>& more) {
+    return report_page(kind, report, overlays, more, {});
+}
+
+std::string report_page(std::string_view kind, std::string_view report, const std::vector<PageOverlay>& overlays,
+                        const std::vector<std::pair<std::string, std::string>>& more, const PageScript& part) {
     Json images = Json::array();
     for (const PageOverlay& overlay : overlays) {
         Json layers = Json::array();
@@ -89,12 +106,15 @@ std::string report_page(std::string_view kind, std::string_view report, const st
     std::string data =
         "{\"kind\":\"" + std::string(kind) + "\",\"report\":" + std::string(report) + ",\"images\":" + one_line(images);
     for (const auto& [name, json] : more) data += ",\"" + name + "\":" + json;
+    for (const auto& [name, json] : part.data) data += ",\"" + name + "\":" + json;
     data += "}";
-    return filled(std::string(page_html()), {{"@TITLE@", "raylign report"},
-                                             {"@STYLE@", page_style()},
-                                             {"@SCRIPT@", page_script()},
-                                             {"@CHARTS@", page_charts()},
-                                             {"@DATA@", safe_in_script(data)}});
+    const std::string libraries = std::string(page_charts()) + "\n" + std::string(part.script);
+    return framed({.title = "raylign report",
+                   .style = page_style(),
+                   .main = "report",
+                   .data = data,
+                   .libraries = libraries,
+                   .script = page_script()});
 }
 
 }  // namespace raylign::detail::apps

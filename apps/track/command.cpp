@@ -13,6 +13,7 @@
 #include "apps/track/pictures.h"
 #include "apps/track/report.h"
 #include "apps/track/smooth.h"
+#include "apps/track/viewer.h"
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"
@@ -114,7 +115,7 @@ std::string stage_outputs(TrackReport& report, Backend& backend, Clock::time_poi
     report.outputs.insert(report.outputs.end(), {"track.json", "track.html"});
     const std::string json = track_json(report);
     write_text(folder.stage("track.json"), json);
-    write_text(folder.stage("track.html"), report_page("track", json, pictures));
+    write_text(folder.stage("track.html"), report_page("track", json, pictures, {}, track_viewer(report)));
     return json;
 }
 
@@ -271,6 +272,10 @@ void add_track_command(CLI::App& app, Job& job) {
                                 "doubtful or not",
                       .json_file = "track.json",
                       .quiet = "No progress bar, no summary"});
+    command
+        .add_flag("--no-viewer", options->no_viewer,
+                  "Leave out of track.html what corrects frames by hand, some MB; default off")
+        ->group(kOutputGroup);
     finish_command(
         command,
         "  raylign track -v radius.nii.gz --views views.json --start pose.json -o track\n"
@@ -284,8 +289,11 @@ void add_track_command(CLI::App& app, Job& job) {
         "  raylign track --views wrist.cfg --hu-offset -1024 --start radius=radius.tra -o wrist\n"
         "The first frame is registered as `register` does it, the next from where the last ones point to.\n"
         "A frame that one view lacks, or that is empty, is a flagged gap. Exit code 1: a frame is not ok.");
-    command.callback([options, &job] {
-        job = [options](const Invocation& invocation) { return run_track_command(*options, invocation); };
+    command.callback([options, &command, &job] {
+        job = [options, &command](const Invocation& invocation) {
+            options->go_on = track_again(command, *options);
+            return run_track_command(*options, invocation);
+        };
     });
 }
 

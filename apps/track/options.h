@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/shared/flags.h"
+#include "apps/viewer/viewer_page.h"
 #include "raylign/io/frames.h"
 #include "raylign/joint_motion.h"
 #include "raylign/tracking.h"
@@ -34,6 +35,8 @@ struct TrackCommandOptions {
     std::vector<std::string> joints;  ///< PROXIMAL,DISTAL
     std::string cardan = "XYZ";
     std::vector<std::string> axes;  ///< NAME=FILE
+    bool no_viewer = false;
+    GoOn go_on;  ///< this command again, with other key frames
 };
 
 /// One object as the flags say it.

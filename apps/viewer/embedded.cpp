@@ -68,10 +68,10 @@ void measure(EmbeddedVolume& volume) {
 
 }  // namespace
 
-EmbeddedVolume embedded(const Volume& volume) {
+EmbeddedVolume embedded(const Volume& volume, int longest_side) {
     Volume part = crop(volume, box_of_object(volume));
     EmbeddedVolume result;
-    for (; part.grid.size.maxCoeff() > kLargestVolumeSide; ++result.halvings) part = half_resolution(part);
+    for (; part.grid.size.maxCoeff() > longest_side; ++result.halvings) part = half_resolution(part);
     result.grid = part.grid;
     result.white_per_mm = white_of(part);
     quantize(part, result);
@@ -79,9 +79,9 @@ EmbeddedVolume embedded(const Volume& volume) {
     return result;
 }
 
-EmbeddedView embedded(const View& view) {
+EmbeddedView embedded(const View& view, int longest_side_px) {
     EmbeddedView result{view, 0};
-    for (; result.view.geometry.camera.size_px.maxCoeff() > kLargestImageSide_px; ++result.halvings) {
+    for (; result.view.geometry.camera.size_px.maxCoeff() > longest_side_px; ++result.halvings) {
         result.view = half_resolution(result.view);
     }
     return result;

@@ -5,7 +5,6 @@
 namespace raylign::detail::apps {
 
 /// The parts of the viewer's page, embedded by CMake.
-std::string_view viewer_html();
 std::string_view viewer_style();
 std::string_view viewer_script();  ///< bundled from page/; empty where that could not be done when building
 

@@ -91,10 +91,7 @@ export function halved(image: Pixels, weights: Float32Array): { image: Pixels; w
 export class Pyramid {
   private levels: { image: Pixels; weights: Float32Array }[];
   private fixed: Fixed[] = [];
-  constructor(private view: View) {
-    const image = view.image!;
-    this.levels = [{ image, weights: view.weights ?? new Float32Array(image.values.length).fill(1) }];
-  }
+  constructor(private view: View, image: Pixels, weights: Float32Array) { this.levels = [{ image, weights }]; }
   at(halvings: number): Fixed {
     while (this.levels.length <= halvings) {
       const { image, weights } = this.levels[this.levels.length - 1];

@@ -3,30 +3,37 @@ import type { mat4 } from "gl-matrix";
 import cast_source from "./cast.frag";
 import vertex_source from "./cast.vert";
 import compose_source from "./compose.frag";
-import type { Pixels, Scene, View } from "./data";
+import type { Pixels, Scene, SceneObject, View } from "./data";
 import { ray_frame } from "./geometry";
 import { MODES, type State, type Window } from "./state";
 
 export interface Range { low: number; high: number }
 
-// What a panel shows of a view.
-export interface PanelLook { view: number; size_css: number[]; density: number; image_from_panel: number[]; xray: Range; drr: Range }
+// What a panel shows of a view. Lens: where its middle is, in CSS pixels.
+export interface PanelLook { view: number; size_css: number[]; density: number; image_from_panel: number[]; xray: Range; drr: Range; lens: number[] | null }
+
+const LENS_RADIUS = 70, LENS_ZOOM = 2;  // CSS pixels; how much larger things are in it
+
+// What is shown over an X-ray: the sum of all objects, and the one chosen.
+interface Shown { sum: WebGLTexture; chosen: WebGLTexture; bin: number }
 
 const within = (range: Range, window: Window): [number, number] =>
   [range.low + window.low * (range.high - range.low), range.low + Math.max(window.high, window.low + 1e-3) * (range.high - range.low)];
+
+const NOTHING = { width: 1, height: 1, values: new Float32Array(1) };
 
 export class Engine {
   readonly canvas = document.createElement("canvas");
   private gl: WebGL2RenderingContext;
   private cast_program!: WebGLProgram;
   private compose_program!: WebGLProgram;
-  private volume!: WebGLTexture;
+  private volumes: WebGLTexture[] = [];
   private frame!: WebGLFramebuffer;
   private xrays: WebGLTexture[] = [];
-  private drrs: { texture: WebGLTexture; bin: number }[] = [];
+  private drrs: Shown[] = [];
 
   // Throws an Error that says what is missing.
-  constructor(private scene: Scene, on_lost: () => void, on_restored: (problem: string) => void) {
+  constructor(private scene: Scene, private images: (Pixels | null)[], on_lost: () => void, on_restored: (problem: string) => void) {
     const gl = this.canvas.getContext("webgl2", { antialias: false, depth: false, alpha: false });
     if (!gl) throw new Error("this browser offers no WebGL 2");
     this.gl = gl;
@@ -41,16 +48,24 @@ export class Engine {
   }
 
   private build(): void {
-    const gl = this.gl, { volume } = this.scene;
+    const gl = this.gl, sides = this.scene.objects.flatMap(({ volume }) => volume.size);
     if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("WebGL 2 cannot draw numbers here (EXT_color_buffer_float is missing)");
     const largest = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE) as number;
-    if (Math.max(...volume.size) + 2 > largest) throw new Error(`volumes may have ${largest} voxels a side here`);
+    if (Math.max(...sides) + 2 > largest) throw new Error(`volumes may have ${largest} voxels a side here`);
     this.cast_program = this.program(cast_source);
     this.compose_program = this.program(compose_source);
-    this.volume = this.volume_texture();
+    this.volumes = this.scene.objects.map((object) => this.volume_texture(object));
     this.frame = gl.createFramebuffer()!;
-    this.xrays = this.scene.views.map((view) => this.float_texture(view.image ?? { width: 1, height: 1, values: new Float32Array(1) }));
-    this.drrs = this.scene.views.map(() => ({ texture: this.float_texture({ width: 1, height: 1, values: new Float32Array(1) }), bin: 1 }));
+    this.xrays = [];
+    this.drrs = this.scene.views.map(() => ({ sum: this.float_texture(NOTHING), chosen: this.float_texture(NOTHING), bin: 1 }));
+    this.set_xrays(this.images);
+  }
+
+  // The X-rays of another frame.
+  set_xrays(images: (Pixels | null)[]): void {
+    this.images = images;
+    this.xrays.forEach((texture) => this.gl.deleteTexture(texture));
+    this.xrays = images.map((image) => this.float_texture(image ?? NOTHING));
   }
 
   private program(fragment: string): WebGLProgram {
@@ -68,8 +83,8 @@ export class Engine {
   }
 
   // With a voxel of zeros around it.
-  private volume_texture(): WebGLTexture {
-    const gl = this.gl, [nx, ny, nz] = this.scene.volume.size, values = this.scene.volume.values;
+  private volume_texture({ volume: { size: [nx, ny, nz], values } }: SceneObject): WebGLTexture {
+    const gl = this.gl;
     const padded = new Uint8Array((nx + 2) * (ny + 2) * (nz + 2));
     for (let z = 0; z < nz; z += 1) {
       for (let y = 0; y < ny; y += 1) padded.set(values.subarray((z * ny + y) * nx, (z * ny + y + 1) * nx), ((z + 1) * (ny + 2) + y + 1) * (nx + 2) + 1);
@@ -94,35 +109,38 @@ export class Engine {
 
   get lost(): boolean { return this.gl.isContextLost(); }
 
-  // Casts the DRR of a view, `bin` image pixels to one of its own, and keeps it for compose(). Returns its pixels.
-  cast(index: number, pose: mat4, bin: number): Pixels {
-    const gl = this.gl, view = this.scene.views[index], target = this.target(index, view, bin);
+  // The DRR of an object in a view, `bin` image pixels to one of its own.
+  cast(object: number, index: number, pose: mat4, bin: number): Pixels {
+    const gl = this.gl, view = this.scene.views[index];
     const [width, height] = view.size_px.map((n) => Math.max(1, Math.floor(n / bin)));
+    const target = this.float_texture({ width, height, values: null });
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
     gl.viewport(0, 0, width, height);
-    this.use_rays(view, pose, bin);
+    this.use_rays(object, view, pose, bin);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     const rgba = new Float32Array(4 * width * height), values = new Float32Array(width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, rgba);
     for (let i = 0; i < values.length; i += 1) values[i] = rgba[4 * i];
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteTexture(target);
     return { width, height, values };
   }
 
-  private target(index: number, view: View, bin: number): WebGLTexture {
-    const [width, height] = view.size_px.map((n) => Math.max(1, Math.floor(n / bin)));
-    this.gl.deleteTexture(this.drrs[index].texture);
-    this.drrs[index] = { texture: this.float_texture({ width, height, values: null }), bin };
-    return this.drrs[index].texture;
+  // What compose() is to lay over the X-ray of a view.
+  show(index: number, sum: Pixels, chosen: Pixels, bin: number): void {
+    const old = this.drrs[index];
+    this.gl.deleteTexture(old.sum);
+    this.gl.deleteTexture(old.chosen);
+    this.drrs[index] = { sum: this.float_texture(sum), chosen: this.float_texture(chosen), bin };
   }
 
-  private use_rays(view: View, pose: mat4, bin: number): void {
-    const gl = this.gl, { volume } = this.scene, program = this.cast_program, frame = ray_frame(volume, view, pose);
+  private use_rays(object: number, view: View, pose: mat4, bin: number): void {
+    const gl = this.gl, { volume } = this.scene.objects[object], program = this.cast_program, frame = ray_frame(volume, view, pose);
     const at = (name: string) => gl.getUniformLocation(program, name);
     gl.useProgram(program);
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_3D, this.volume);
+    gl.bindTexture(gl.TEXTURE_3D, this.volumes[object]);
     gl.uniform1i(at("u_volume"), 0);
     gl.uniform3fv(at("u_source_voxel"), frame.source_voxel);
     gl.uniform3fv(at("u_size_voxels"), volume.size);
@@ -155,9 +173,10 @@ export class Engine {
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.xrays[look.view]);
     gl.activeTexture(gl.TEXTURE1);
-    gl.bindTexture(gl.TEXTURE_2D, this.drrs[look.view].texture);
-    gl.uniform1i(at("u_xray"), 0);
-    gl.uniform1i(at("u_drr"), 1);
+    gl.bindTexture(gl.TEXTURE_2D, this.drrs[look.view].sum);
+    gl.activeTexture(gl.TEXTURE2);
+    gl.bindTexture(gl.TEXTURE_2D, this.drrs[look.view].chosen);
+    ["u_xray", "u_drr", "u_chosen"].forEach((name, unit) => gl.uniform1i(at(name), unit));
     gl.uniform2fv(at("u_xray_window"), within(look.xray, state.xray_windows[look.view]));
     gl.uniform2fv(at("u_drr_window"), within(look.drr, state.drr_window));
     gl.uniform2fv(at("u_image_px"), view.size_px);
@@ -166,6 +185,8 @@ export class Engine {
     gl.uniform1f(at("u_bin"), this.drrs[look.view].bin);
     gl.uniform1f(at("u_share"), state.share);
     gl.uniform1i(at("u_mode"), MODES.indexOf(state.mode));
-    gl.uniform1i(at("u_has_xray"), view.image ? 1 : 0);
+    gl.uniform1i(at("u_has_xray"), this.images[look.view] ? 1 : 0);
+    const [x, y] = look.lens ?? [0, 0], d = look.density;
+    gl.uniform4f(at("u_lens"), d * x, d * y, look.lens ? d * LENS_RADIUS : 0, LENS_ZOOM);
   }
 }

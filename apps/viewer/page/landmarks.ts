@@ -9,8 +9,8 @@ export const point_of_voxel = (volume: Volume, voxel: number[]): Vector => [0, 1
   volume.origin_mm[row] + voxel.reduce((sum, x, axis) => sum + volume.direction[row][axis] * volume.spacing_mm[axis] * x, 0)) as Vector;
 
 // Two pixels of `view` on the line where it sees the ray of a pixel of `other`; null where the ray passes its source.
-export function epipolar_line(scene: Scene, pose: mat4, view: View, other: View, pixel: [number, number]): [number, number][] | null {
-  const depth = centre_in_camera(pose, other, scene.volume)[2], ray = ray_of_pixel(other, ...pixel);
+export function epipolar_line(volume: Volume, pose: mat4, view: View, other: View, pixel: [number, number]): [number, number][] | null {
+  const depth = centre_in_camera(pose, other, volume)[2], ray = ray_of_pixel(other, ...pixel);
   const view_from_other = product(view.camera_from_world, inverse(other.camera_from_world));
   const points = [0.9, 1.1].map((share) => moved_point(view_from_other, ray.map((x) => share * depth * x)));
   return points.every((point) => point[2] > 0) ? points.map((point) => pixel_of(view, point)) : null;
@@ -82,8 +82,8 @@ function descended(pairs: Pair[], volume: Volume, start: mat4): { pose: mat4; sq
 }
 
 // From here, and from the patient turned as each preset shows him in each view: the nearest of where they end. rms in pixels.
-export function pose_by_landmarks(scene: Scene, landmarks: Landmark[], here: mat4): { pose: mat4; rms_px: number } {
-  const pairs = pairs_of(scene, landmarks), { volume } = scene, centre = moved_point(here, volume.centre_ct_mm);
+export function pose_by_landmarks(scene: Scene, volume: Volume, landmarks: Landmark[], here: mat4): { pose: mat4; rms_px: number } {
+  const pairs = pairs_of(scene, landmarks), centre = moved_point(here, volume.centre_ct_mm);
   const starts = [here, ...scene.views.flatMap((view) => Object.keys(PRESETS).map((name) => preset_pose(here, view, name, volume)))];
   const upside_down = starts.map((pose) => with_centre_at(product(turn_about([0, 0, 0], [Math.PI, 0, 0]), pose), centre, volume));
   const ends = [...starts, ...upside_down].map((start) => descended(pairs, volume, start));

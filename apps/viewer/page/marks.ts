@@ -20,23 +20,46 @@ function cross(context: CanvasRenderingContext2D, [x, y]: number[], name: string
   context.fillText(name, x + 8, y - 6);
 }
 
+// Red over what is ignored: `factors` and offsets of panel = factor * pixel + offset.
+function draw_mask(live: Live, index: number, context: CanvasRenderingContext2D, [fx, fy, ox, oy]: number[]): void {
+  const picture = live.mask_picture(index);
+  if (!picture) return;
+  context.save();
+  context.imageSmoothingEnabled = false;
+  context.setTransform(fx, 0, 0, fy, ox - fx / 2, oy - fy / 2);
+  context.drawImage(picture, 0, 0);
+  context.restore();
+}
+
+function draw_polygon(live: Live, index: number, context: CanvasRenderingContext2D, at: (pixel: number[]) => number[]): void {
+  const { polygon } = live.store.state;
+  if (polygon?.view !== index) return;
+  context.strokeStyle = context.fillStyle = MARKED;
+  context.beginPath();
+  polygon.corners.forEach((corner, i) => { const [x, y] = at(corner); if (i) context.lineTo(x, y); else context.moveTo(x, y); });
+  context.stroke();
+  polygon.corners.forEach((corner) => { const [x, y] = at(corner); context.fillRect(x - 3, y - 3, 6, 6); });
+}
+
 export function draw_marks(live: Live, index: number, panel: HTMLCanvasElement): void {
   const { scene, state } = live.store, view = scene.views[index], context = panel.getContext("2d")!;
   const density = panel.width / live.panel_size(index)[0], [fx, fy, ox, oy] = live.image_from_panel(index);
   const at = ([u, v]: number[]) => [(u - ox) / fx * density, (v - oy) / fy * density];
   context.lineWidth = 1.5 * density;
   context.font = `${12 * density}px sans-serif`;
+  draw_mask(live, index, context, [density / fx, density / fy, -ox / fx * density, -oy / fy * density]);
+  draw_polygon(live, index, context, at);
   state.landmarks.forEach((landmark, number) => {
     const marked = landmark.pixels[index];
     context.strokeStyle = context.fillStyle = MARKED;
     if (marked) cross(context, at(marked), landmark.name);
     if (number === state.marking) {
       scene.views.forEach((other, i) => {
-        const pixel = landmark.pixels[i], line = i !== index && pixel ? epipolar_line(scene, state.pose, view, other, pixel) : null;
+        const pixel = landmark.pixels[i], line = i !== index && pixel ? epipolar_line(live.store.volume, live.store.pose, view, other, pixel) : null;
         if (line) line_through(context, at(line[0]), at(line[1]));
       });
     }
-    const point = landmark.ct_mm && moved_point(product(view.camera_from_world, state.pose), landmark.ct_mm);
+    const point = landmark.ct_mm && moved_point(product(view.camera_from_world, live.store.pose), landmark.ct_mm);
     if (!point || point[2] <= 0) return;
     const [x, y] = at(pixel_of(view, point));
     context.strokeStyle = PROJECTED;

@@ -9,7 +9,7 @@ const axis_vector = (axis: number, length: number): Vector => [0, 1, 2].map((i) 
 
 // Turns move the object's rim by as much as shifts move all of it.
 export function neighbours(live: Live, pose: mat4, step_mm: number): mat4[] {
-  const { volume } = live.store.scene, centre = moved_point(pose, volume.centre_ct_mm);
+  const { volume } = live.store, centre = moved_point(pose, volume.centre_ct_mm);
   const motions = [0, 1, 2].flatMap((axis) => [-1, 1].flatMap((sign) => [
     shift_by(axis_vector(axis, sign * step_mm)), turn_about(centre, axis_vector(axis, (sign * step_mm) / Math.max(1, volume.radius_mm)))]));
   return motions.map((motion) => rigid(product(motion, pose)));
@@ -18,7 +18,7 @@ export function neighbours(live: Live, pose: mat4, step_mm: number): mat4[] {
 const next_frame = () => new Promise((resolve) => { requestAnimationFrame(resolve); });
 
 export async function nudge(live: Live): Promise<void> {
-  const { store } = live, begin = store.state.pose;
+  const { store } = live, begin = store.pose;
   let pose = begin, best = live.mean_correlation(pose, HALVINGS), step_mm = FIRST_STEP_MM;
   if (best === null) return;
   store.set({ nudging: true });
@@ -30,7 +30,7 @@ export async function nudge(live: Live): Promise<void> {
       [pose, best, improved] = [candidate, value, true];
     }
     if (!improved) step_mm /= 2;
-    store.set({ pose });
+    store.show(pose);
     await next_frame();
     if (live.engine === null || live.engine.lost) break;
   }

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/io/dicom/dicom_file.h"
 #include "core/io/poses/spatial_registration.h"
 #include "raylign/io/image.h"
 #include "raylign/io/pose.h"
@@ -38,6 +39,33 @@ TEST(DicomRegister, LeavesAPoseInDicomThatIsAStart) {
     constexpr double kDicomDigits = 1e-9;  // numbers of at most 16 characters
     EXPECT_LT((to_matrix(found) - to_matrix(in_dicom)).cwiseAbs().maxCoeff(), kDicomDigits);
     EXPECT_LE(run("register", "--start", "first/pose.dcm", "xrays/views.json", "second").exit_code, 1);
+}
+
+TEST(DicomRegister, LeavesPicturesOfOneStudyAndSeries) {
+    const auto ct = test_data() / "pelvis" / "dicom";
+    RAYLIGN_NEED_DATA(ct);
+    const TestFolder folder;
+    write_text_file(folder.path("views.json"), kViews);
+    write_pose(folder.path("truth.json"), RigidTransform::translate({0, 188, 785}));
+    ASSERT_EQ(run_raylign({"drr", "-v", ct.string(), "--views", folder.path("views.json"), "--pose",
+                           folder.path("truth.json"), "-o", folder.path("xrays")})
+                  .exit_code,
+              0);
+    const ProgramResult result =
+        run_raylign({"register", "-v", ct.string(), "--views", folder.path("xrays/views.json"), "--start",
+                     folder.path("truth.json"), "--levels", "1", "--max-iterations", "1", "--no-viewer", "--dicom-out",
+                     folder.path("pacs"), "-o", folder.path("result")});
+    ASSERT_LE(result.exit_code, 1) << result.err;
+    EXPECT_THAT(names_in(folder.folder() / "pacs"),
+                testing::UnorderedElementsAre("drr_AP.dcm", "drr_LAT.dcm", "overlay_AP.dcm", "overlay_LAT.dcm"));
+    const DicomTags drr = open_dicom(folder.path("pacs/drr_AP.dcm")).tags;
+    const DicomTags overlay = open_dicom(folder.path("pacs/overlay_LAT.dcm")).tags;
+    for (const std::uint32_t tag : {0x0020000dU, 0x0020000eU}) {  // study and series: this CT names no study
+        EXPECT_TRUE(drr.text(tag).starts_with("2.25."));
+        EXPECT_EQ(drr.text(tag), overlay.text(tag));
+    }
+    EXPECT_NE(drr.text(0x00080018), overlay.text(0x00080018));
+    EXPECT_THAT(overlay.text(0x00204000), testing::StartsWith("NOT FOR DIAGNOSIS. Verdict: "));
 }
 
 /// A file's bytes with another frame of reference.

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/report_page/report_page.h"
+#include "apps/report_page/page_script.h"
 #include "tests/apps/small_case.h"
 
 namespace raylign::detail::apps {
@@ -27,9 +27,18 @@ TEST(ReportPage, LoadsNothingAndCannotBeBrokenByANameInIt) {
     EXPECT_THAT(page, StartsWith("<!DOCTYPE html>"));
     EXPECT_THAT(page, Not(HasSubstr("</script><img")));
     EXPECT_THAT(page, HasSubstr("\\u003c/script>\\u003cimg src=x>"));
-    for (const char* loading : {"src=\"http", "href=\"http", "@import", "url(http", "@DATA@", "@SCRIPT@", "@STYLE@"}) {
+    for (const char* loading : {"src=\"http", "href=\"http", "@import", "url(http", "@DATA@", "@SCRIPT@", "@STYLE@",
+                                "@MAIN@", "@LIBRARIES@"}) {
         EXPECT_THAT(page, Not(HasSubstr(loading)));
     }
+}
+
+TEST(ReportPage, CarriesThePartOfAnotherRoomWithItsData) {
+    const std::string page =
+        report_page("register", "{}", {}, {}, {"globalThis.part = 1;", {{"part", R"("</script>")"}}});
+    EXPECT_THAT(page, HasSubstr("globalThis.part = 1;</script>"));
+    EXPECT_THAT(page, HasSubstr(R"("part":"\u003c/script>")"));
+    EXPECT_LT(page.find("globalThis.part"), page.find("registerPage"));  // before the script that calls it
 }
 
 TEST(PageLayer, IsAPngInThePageAndLeavesNoFile) {

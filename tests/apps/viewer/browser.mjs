@@ -1,6 +1,7 @@
 // What the viewer's tests share: a browser, a page that must load nothing and throw nothing, and a count of what does not hold.
 import { execFileSync } from "node:child_process";
-import { realpathSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync, realpathSync } from "node:fs";
+import { resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import puppeteer from "puppeteer-core";
 
@@ -29,7 +30,7 @@ export const launch = () => puppeteer.launch({ executablePath: chromium, protoco
   args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage", "--hide-scrollbars"] });
 
 // Opens a page offline. `prepare`: done to the tab first. Resolves when the first full DRRs are there, or the reason why not.
-export async function open(browser, file, { width = 1280, height = 900, prepare = async () => {} } = {}) {
+export async function open(browser, file, { width = 1280, height = 900, is_report = false, prepare = async () => {} } = {}) {
   const tab = await browser.newPage(), url = pathToFileURL(realpathSync(file)).href;
   tab.on("pageerror", (error) => expect(false, `${file}: script error: ${error.message}`));
   tab.on("console", (message) => { if (message.type() === "error") expect(false, `${file}: console: ${message.text()}`); });
@@ -39,18 +40,14 @@ export async function open(browser, file, { width = 1280, height = 900, prepare 
   await tab.setViewport({ width, height });
   await prepare(tab);
   await tab.goto(url, { waitUntil: "load", timeout: 120000 });
-  await tab.waitForFunction(() => globalThis.raylign && (raylign.store.state.trouble || raylign.drawn_pose), { timeout: 120000 });
-  await settled(tab);
+  if (!is_report) await settled(tab);
   return tab;
 }
 
 // Nothing moves, and what is shown is the full picture of the state.
-export const settled = (tab) => tab.waitForFunction(() => {
-  const { state } = raylign.store;
-  return state.trouble || (raylign.drawn_pose === state.pose && !state.rough && !state.nudging);
-}, { timeout: 240000, polling: 50 });
+export const settled = (tab) => tab.waitForFunction(() => globalThis.raylign?.at_rest, { timeout: 240000, polling: 50 });
 
-export const pose_of = (tab) => tab.evaluate(() => Array.from(raylign.store.state.pose));
+export const pose_of = (tab) => tab.evaluate(() => Array.from(raylign.store.pose));
 export async function set_pose(tab, rows) {
   await tab.evaluate((m) => raylign.store.move([0, 1, 2, 3].flatMap((c) => [0, 1, 2, 3].map((r) => m[r][c]))), rows);
   await settled(tab);
@@ -58,7 +55,7 @@ export async function set_pose(tab, rows) {
 
 // Of the page: canvases of the views, in CSS pixels of the window.
 export const canvas_box = async (tab, view) => {
-  const canvas = (await tab.$$(".panel canvas"))[view];
+  const canvas = (await tab.$$(">>> .panel canvas"))[view];
   await canvas.scrollIntoView();
   return canvas.boundingBox();
 };
@@ -71,6 +68,17 @@ export async function drag(tab, from, to, { button = "left", key } = {}) {
   await tab.mouse.up({ button });
   if (key) await tab.keyboard.up(key);
   await settled(tab);
+}
+
+// What the page hands out, as files.
+export async function take_downloads(browser, folder) {
+  mkdirSync(folder, { recursive: true });
+  const session = await browser.target().createCDPSession();
+  await session.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: resolve(folder), eventsEnabled: true });
+}
+export async function downloaded(path) {
+  for (let i = 0; i < 200 && !existsSync(path); i += 1) await new Promise((done) => { setTimeout(done, 50); });
+  return readFileSync(path);
 }
 
 export function finish(summary) {

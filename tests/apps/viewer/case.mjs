@@ -54,7 +54,8 @@ export function make_case() {
 // What a page carries.
 export function page_data(file) {
   const html = readFileSync(file, "utf8");
-  return JSON.parse(/<script type="application\/json" id="data">(.*)<\/script>/.exec(html)[1]);
+  const data = JSON.parse(/<script type="application\/json" id="data">([^]*?)<\/script>/.exec(html)[1]);
+  return { ...data, volume: data.objects?.[0], start: data.frames?.[0].poses[0] };
 }
 export function embedded_values(volume) {
   return Float32Array.from(inflateSync(Buffer.from(volume.data, "base64")), (n) => (n / 255) * volume.per_mm);

@@ -141,7 +141,7 @@ async function check_mirrored_and_zoomed() {
 }
 async function check_nudge() {
   await set_pose(tab, product(shift([1.5, -1, 1]), POSES[0]));
-  const worth = () => tab.evaluate(() => raylign.mean_correlation(raylign.store.state.pose, 0));
+  const worth = () => tab.evaluate(() => raylign.mean_correlation(raylign.store.pose, 0));
   const before = await worth();
   await tab.click("#nudge");
   await tab.waitForFunction(() => !raylign.store.state.nudging, { timeout: 240000 });

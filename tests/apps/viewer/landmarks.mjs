@@ -27,8 +27,9 @@ async function check_clicks() {
   expect_near(pixel[1], (place[1] - box.y) * px_per_css - 0.5, 1e-6, "the row clicked");
   expect(before === String(await pose_of(tab)), "a click that marks does not move the object");
   const slice = await (await tab.$$(".slice"))[0], at = await (await slice.scrollIntoView(), slice.boundingBox());
-  await tab.mouse.click(at.x + 0.25 * at.width, at.y + 0.6 * at.height);
-  const middle = (volume.size[2] - 1) / 2, wanted = ct_of([0.25 * volume.size[0] - 0.5, 0.6 * volume.size[1] - 0.5, middle]), marked = (await state()).landmarks[0].ct_mm;
+  const [x, y] = [Math.round(at.x + 0.25 * at.width), Math.round(at.y + 0.6 * at.height)];
+  await tab.mouse.click(x, y);
+  const middle = (volume.size[2] - 1) / 2, wanted = ct_of([((x - at.x) / at.width) * volume.size[0] - 0.5, ((y - at.y) / at.height) * volume.size[1] - 0.5, middle]), marked = (await state()).landmarks[0].ct_mm;
   expect(Math.hypot(...marked.map((x, i) => x - wanted[i])) < 0.1, `the voxel clicked: ${marked}, ${wanted}`);
   await tab.screenshot({ path: join(shots, "landmarks.png"), fullPage: true });
 }
@@ -57,7 +58,7 @@ async function check_epipolar() {
 
 async function check_pose(used_views, count, what) {
   await tab.evaluate((landmarks) => raylign.store.set({ landmarks, marking: null }), points.slice(0, count).map((ct_mm, i) => ({ name: `P${i + 1}`, ct_mm, pixels: views.map((view, v) => (used_views.includes(v) ? seen(view, ct_mm) : null)) })));
-  await tab.evaluate(() => raylign.store.move(raylign.store.scene.start));
+  await tab.evaluate(() => raylign.store.move(raylign.store.start));
   await settled(tab);
   await tab.click("#pose-by-landmarks");
   await settled(tab);

@@ -42,6 +42,10 @@ async function check_controls(tab) {
   await changes(() => tab.click("#whole"), "the whole picture");
   await changes(() => slide("#share", 0), "the X-ray alone");
   const box = await (await tab.$(".panel canvas")).boundingBox();
+  await changes(() => slide("#share", 0.9), "the share again");
+  await changes(async () => { await tab.click("#lens"); await tab.mouse.move(box.x + box.width / 2, box.y + box.height / 2); }, "the lens around the pointer");
+  await changes(() => tab.click("#lens"), "no lens");
+  await changes(() => slide("#share", 0), "the X-ray alone again");
   await changes(async () => {
     await tab.keyboard.down("Control");
     await tab.mouse.move(box.x + 60, box.y + 60);
@@ -57,7 +61,7 @@ async function check_lost_context(tab) {
   await tab.evaluate(() => { globalThis.loser = raylign.engine.canvas.getContext("webgl2").getExtension("WEBGL_lose_context"); loser.loseContext(); });
   await tab.waitForSelector("[role=alert]", { timeout: 20000 });
   await tab.evaluate(() => loser.restoreContext());
-  await tab.waitForFunction(() => !document.querySelector("[role=alert]") && raylign.drawn_pose, { timeout: 60000 });
+  await tab.waitForFunction(() => !document.querySelector("[role=alert]") , { timeout: 60000 });
   await settled(tab);
   expect(!differs(before, await shown(tab)), "a lost context is restored with the same picture");
 }

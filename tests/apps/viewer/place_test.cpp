@@ -35,7 +35,8 @@ TEST_F(Place, LeavesOnePageThatLoadsNothingAndSaysHowToGoOn) {
                           folder.path("geometry.json") + " --start start.json -o result\n"));
     const std::string page = read_text(folder.path("a b.html"));
     EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
-    for (const char* loading : {"src=\"", "href=\"http", "@import", "url(http", "@DATA@", "@SCRIPT@", "@STYLE@"}) {
+    for (const char* loading :
+         {"src=\"", "href=\"http", "@import", "url(http", "@DATA@", "@SCRIPT@", "@STYLE@", "@MAIN@", "@LIBRARIES@"}) {
         EXPECT_EQ(page.find(loading), std::string::npos) << loading;
     }
 }
@@ -47,7 +48,34 @@ TEST_F(Place, StartsFromThePoseThatIsGiven) {
               0);
     const std::string page = read_text(folder.path("p.html"));
     // A failure must not print the page.
-    EXPECT_NE(page.find("\"start\":[[0.99862953"), std::string::npos);
+    EXPECT_NE(page.find("\"poses\":[[[0.99862953"), std::string::npos);
+}
+
+TEST_F(Place, NamesSeveralObjectsAsRegisterDoes) {
+    ASSERT_EQ(
+        run_raylign({"phantom", "spine", "--size", "24", "--spacing", "4", "-o", folder.path("small.mha")}).exit_code,
+        0);
+    const std::vector<std::string> objects{
+        "--bone",  "one=" + folder.path("spine.mha"), "--bone", "two=" + folder.path("small.mha"), "--attenuation",
+        "--views", folder.path("geometry.json")};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), objects.begin(), objects.end());
+        more.insert(more.begin(), "place");
+        return run_raylign(more);
+    };
+    const ProgramResult result = with({"--start", "one=" + folder.path("truth.json"), "-o", folder.path("two.html")});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("--start start.csv -o result\n"));
+    const std::string page = read_text(folder.path("two.html"));
+    EXPECT_NE(page.find("\"name\":\"one\""), std::string::npos);
+    EXPECT_NE(page.find("\"name\":\"two\""), std::string::npos);
+    const ProgramResult twice = with({"-v", folder.path("spine.mha"), "-o", folder.path("x.html")});
+    EXPECT_EQ(twice.exit_code, 2);
+    EXPECT_THAT(twice.err, HasSubstr("--bone NAME=FILE contradicts -v"));
+    const ProgramResult none =
+        run_raylign({"place", "--views", folder.path("geometry.json"), "-o", folder.path("x.html")});
+    EXPECT_EQ(none.exit_code, 2);
+    EXPECT_THAT(none.err, HasSubstr("no CT"));
 }
 
 TEST_F(Place, NeverReplacesAnInput) {

@@ -1,4 +1,4 @@
-#include "apps/register/scene_asked.h"
+#include "apps/objects/scene_asked.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -20,7 +20,7 @@ void check_name(const std::string& name, const std::string& option) {
                     "letters, digits, '_', '-' or '.' (it becomes part of file names), and not \"rest\"");
 }
 
-void check_asked(const Asked& asked, const RegisterOptions& options) {
+void check_asked(const Asked& asked, const ObjectOptions& options) {
     const bool by_label = asked.all_bones || !asked.labelled.empty();
     if (asked.all_bones && !asked.labelled.empty()) throw Error("--object all-bones contradicts other objects");
     if (by_label && !asked.files.empty()) throw Error("--bone NAME=FILE contradicts objects by label: give one kind");
@@ -82,7 +82,7 @@ NamedFiles named_files(const std::vector<std::string>& arguments, const std::str
     return files;
 }
 
-Asked asked_objects(const RegisterOptions& options) {
+Asked asked_objects(const ObjectOptions& options) {
     Asked asked;
     for (const std::string& object : options.scene.objects) {
         if (is_box(object)) continue;

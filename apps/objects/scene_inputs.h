@@ -7,16 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "apps/register/options.h"
-#include "apps/register/scene_asked.h"
+#include "apps/objects/object_options.h"
+#include "apps/objects/scene_asked.h"
 #include "apps/shared/manifest.h"
 #include "core/registration/scene/scene.h"
+#include "raylign/io/views.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"
 
 namespace raylign::detail::apps {
 
-/// One object as `register` reads it.
+/// One object as `register` and `place` read it.
 struct SceneInput {
     std::string name;
     Volume volume;
@@ -27,10 +28,11 @@ struct SceneInput {
     std::vector<Eigen::Vector3d> targets_ct_mm;  ///< where the true pose is known
 };
 
-/// Everything that `register` reads of several objects.
+/// Everything that is read of several objects.
 struct SceneInputs {
     std::vector<SceneInput> objects;
     std::vector<View> views;
+    std::vector<ViewOrigin> origins;  ///< of the views
     std::vector<AskedJoint> joints;
     std::vector<JointLimit> limits;  ///< of those joints that have one, in order
     std::optional<BoneSplit> split;  ///< of --segment-bones
@@ -41,14 +43,14 @@ struct SceneInputs {
 };
 
 /// True where the command line names objects: --bone, or --object with anything but a box.
-[[nodiscard]] bool is_scene(const RegisterOptions& options);
+[[nodiscard]] bool is_scene(const ObjectOptions& options);
 
 /// Moves what the flags that serve one object and several say to where one object has it. Throws Error for --start or
 /// --truth of several, and for --rest and --joint without objects.
-void settle_one_object(RegisterOptions& options);
+void settle_one_object(ObjectOptions& options);
 
 /// Reads the files, the small ones first. Throws Error for flags that contradict each other, names that stand twice or
 /// are unknown, and what cut_objects refuses; also where two files hold the same bone.
-[[nodiscard]] SceneInputs read_scene_inputs(const RegisterOptions& options);
+[[nodiscard]] SceneInputs read_scene_inputs(const ObjectOptions& options, ReadImages images = ReadImages::required);
 
 }  // namespace raylign::detail::apps

@@ -1,4 +1,4 @@
-#include "apps/register/scene_inputs.h"
+#include "apps/objects/scene_inputs.h"
 
 #include <algorithm>
 
@@ -29,7 +29,7 @@ constexpr double kBone_hu = 200;  // what --segment-bones takes for bone
 constexpr double kShown = 0.5;    // share of a bone that a view must show for all-bones to take it
 
 /// HU above which voxels of an object count: as asked for, or with a rest what water does not explain.
-std::optional<float> counted_above(const RegisterOptions& options, bool has_rest) {
+std::optional<float> counted_above(const ObjectOptions& options, bool has_rest) {
     if (!options.volume.bone_threshold && !has_rest) return std::nullopt;
     const double level = options.volume.bone_threshold.value_or(0);
     if (options.volume.attenuation && options.volume.bone_threshold) return static_cast<float>(level);
@@ -39,7 +39,7 @@ std::optional<float> counted_above(const RegisterOptions& options, bool has_rest
 }
 
 /// How bone is told from the rest where there is no map.
-std::optional<BoneSplitOptions> split_of(const RegisterOptions& options) {
+std::optional<BoneSplitOptions> split_of(const ObjectOptions& options) {
     if (!options.scene.segment_bones) return std::nullopt;
     const double level = options.volume.bone_threshold.value_or(kBone_hu);
     const std::string& preset = options.volume.hu_preset;
@@ -48,7 +48,7 @@ std::optional<BoneSplitOptions> split_of(const RegisterOptions& options) {
     return BoneSplitOptions{is_per_mm ? static_cast<float>(level) : attenuation_from_hu(level, units)};
 }
 
-void read_labelled(const RegisterOptions& options, const Asked& asked, const ViewsFile& views, SceneInputs& inputs) {
+void read_labelled(const ObjectOptions& options, const Asked& asked, const ViewsFile& views, SceneInputs& inputs) {
     VolumeFlags whole = options.volume;
     whole.labels = whole.label_table = "";
     whole.bone_threshold.reset();
@@ -62,8 +62,8 @@ void read_labelled(const RegisterOptions& options, const Asked& asked, const Vie
     append(inputs.files, cut.files);
     append(inputs.notes, cut.notes);
     const NamedFiles starts = named_files(options.scene.starts, "--start", cut.names);
-    const StartFrame frame{0, 0, "", ct.file_grid, ct.files.front()};
-    const auto start_of = [&](const std::string& file) {
+    const auto start_of = [&](const std::string& file, const std::string& name) {
+        const StartFrame frame{0, 0, name, ct.file_grid, ct.files.front()};
         FirstGuess guess =
             first_guess({file, options.start.landmarks3d, options.start.landmarks}, ct.volume.grid, views, frame);
         append_new(inputs.files, guess.files);
@@ -71,14 +71,15 @@ void read_labelled(const RegisterOptions& options, const Asked& asked, const Vie
         return guess.world_from_ct;
     };
     for (std::size_t k = 0; k < cut.names.size(); ++k) {
-        inputs.objects.push_back(
-            {cut.names[k], std::move(cut.objects[k]), start_of(starts.file(cut.names[k])), Mobility::moves});
+        inputs.objects.push_back({cut.names[k], std::move(cut.objects[k]),
+                                  start_of(starts.file(cut.names[k]), cut.names[k]), Mobility::moves});
     }
     if (!cut.rest) return;
     const bool is_common = !starts.for_all.empty() || starts.of.empty();
-    inputs.objects.push_back({kRestName, std::move(*cut.rest),
-                              is_common ? start_of(starts.for_all) : inputs.objects.front().start_world_from_ct,
-                              options.scene.rest == "body" ? Mobility::moves : Mobility::stays, true});
+    inputs.objects.push_back(
+        {kRestName, std::move(*cut.rest),
+         is_common ? start_of(starts.for_all, kRestName) : inputs.objects.front().start_world_from_ct,
+         options.scene.rest == "body" ? Mobility::moves : Mobility::stays, true});
 }
 
 void refuse_same_bone(const SceneInputs& inputs) {
@@ -92,7 +93,7 @@ void refuse_same_bone(const SceneInputs& inputs) {
     }
 }
 
-void read_bone_files(const RegisterOptions& options, const Asked& asked, const ViewsFile& views, SceneInputs& inputs) {
+void read_bone_files(const ObjectOptions& options, const Asked& asked, const ViewsFile& views, SceneInputs& inputs) {
     std::vector<std::string> names;
     for (const auto& bone : asked.files) names.push_back(bone.first);
     const NamedFiles starts = named_files(options.scene.starts, "--start", names);
@@ -136,7 +137,7 @@ void keep_shown(SceneInputs& inputs) {
     }
 }
 
-void read_truths(const RegisterOptions& options, SceneInputs& inputs) {
+void read_truths(const ObjectOptions& options, SceneInputs& inputs) {
     std::vector<std::string> names;
     for (const SceneInput& object : inputs.objects) names.push_back(object.name);
     const NamedFiles truths = named_files(options.scene.truths, "--truth", names);
@@ -162,12 +163,12 @@ void read_joints(const SceneFlags& flags, SceneInputs& inputs) {
 
 }  // namespace
 
-bool is_scene(const RegisterOptions& options) {
+bool is_scene(const ObjectOptions& options) {
     return !options.scene.bones.empty() ||
            std::ranges::any_of(options.scene.objects, [](const std::string& object) { return !is_box(object); });
 }
 
-void settle_one_object(RegisterOptions& options) {
+void settle_one_object(ObjectOptions& options) {
     const SceneFlags& scene = options.scene;
     if (options.volume.file.empty()) throw Error("no CT: give -v FILE, or --bone NAME=FILE");
     if (!scene.rest.empty()) throw Error("--rest is for several objects: name them by --object");
@@ -183,7 +184,7 @@ void settle_one_object(RegisterOptions& options) {
     if (!scene.objects.empty()) options.volume.object = scene.objects.front();
 }
 
-SceneInputs read_scene_inputs(const RegisterOptions& options) {
+SceneInputs read_scene_inputs(const ObjectOptions& options, ReadImages images) {
     const auto begin = Clock::now();
     if (!options.truth.targets.empty()) throw Error("--targets is for one object: leave it out with several");
     const Asked asked = asked_objects(options);
@@ -191,7 +192,7 @@ SceneInputs read_scene_inputs(const RegisterOptions& options) {
     settle_conflicts(options.start);
     SceneInputs inputs;
     ViewsFile views =
-        read_views(options.views.files, {.images = ReadImages::required,
+        read_views(options.views.files, {.images = images,
                                          .auto_mask = options.views.auto_mask,
                                          .undistorted = parse_truth(options.views.undistorted, "--undistorted")});
     append(inputs.files, views.files);
@@ -203,6 +204,7 @@ SceneInputs read_scene_inputs(const RegisterOptions& options) {
     }
     stop_if_interrupted();
     inputs.views = std::move(views.views);
+    inputs.origins = std::move(views.origins);
     if (asked.all_bones) keep_shown(inputs);
     read_truths(options, inputs);
     read_joints(options.scene, inputs);

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/register/options.h"
+#include "apps/objects/object_options.h"
 #include "core/io/volumes/labelled_objects.h"
 
 namespace raylign::detail::apps {
@@ -36,7 +36,7 @@ struct Asked {
     std::vector<std::pair<std::string, std::string>> files;  ///< name, file
 };
 /// Throws Error for names that no file can have, and flags that contradict each other.
-[[nodiscard]] Asked asked_objects(const RegisterOptions& options);
+[[nodiscard]] Asked asked_objects(const ObjectOptions& options);
 
 /// What --joint asks for, by positions among the objects' names.
 struct AskedJoint {
