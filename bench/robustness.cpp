@@ -11,6 +11,7 @@
 //   clean, noise, scatter, metal (clean has no noise and scatter adds some with the ideal detector only)
 //   truncated                  the CT ends where the X-ray goes on: the middle 60 % along z are registered
 //   wrong-view-N               the second camera is believed N degrees off, wrong-view-Nmm: N mm
+//   wrong-sdd-N                both views are believed to have an sdd N % longer
 //   other                      X-rays of other=CT: no pose is right, and all results should be doubted
 //   vertebra-1 to vertebra-5   lower to upper thoracic; the boxes are for the chest CT of the tests
 //   spine                      the third vertebra of the spine phantom, cut exactly, in the X-ray of all of it

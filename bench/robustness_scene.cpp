@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string_view>
 #include <utility>
@@ -159,6 +160,21 @@ bool mistake_second_view(const std::string& name, std::vector<View>& views) {
     return true;
 }
 
+/// "wrong-sdd-5" has both views believe an sdd 5 % too long. False for another name.
+bool mistake_sdd(const std::string& name, std::vector<View>& views) {
+    constexpr std::string_view kPrefix = "wrong-sdd-";
+    if (!name.starts_with(kPrefix)) return false;
+    double percent = 0;
+    if (std::sscanf(name.c_str() + kPrefix.size(), "%lf", &percent) != 1 || !(std::abs(percent) <= 50)) {
+        throw bad_value("scene", name, "wrong-sdd-N with N in [-50, 50]");
+    }
+    for (View& view : views) {
+        view.geometry.camera.intrinsics_px.topLeftCorner<2, 2>() *= 1 + percent / 100;
+        if (view.geometry.camera.sdd_mm) *view.geometry.camera.sdd_mm *= 1 + percent / 100;
+    }
+    return true;
+}
+
 /// What is registered, where it is no whole CT.
 void take_moving(Scene& scene, const Volume& ct) {
     static constexpr std::array<std::pair<std::string_view, std::array<int, 2>>, 5> kVertebrae{
@@ -177,7 +193,7 @@ bool is_known(const std::string& name) {
     for (const char* known : {"clean", "noise", "scatter", "metal", "truncated", "other"}) {
         if (name == known) return true;
     }
-    return name.starts_with("vertebra-") || name.starts_with("wrong-view-");
+    return name.starts_with("vertebra-") || name.starts_with("wrong-view-") || name.starts_with("wrong-sdd-");
 }
 
 }  // namespace
@@ -207,7 +223,7 @@ Scene make_scene(const std::string& name, const Volume& ct, const SceneSettings&
                {name == "scatter" || name == "metal" || part, name == "clean" ? 0
                                                               : part          ? kPhotonsPart
                                                                               : kPhotons});
-    (void)mistake_second_view(name, scene.views);
+    (void)(mistake_second_view(name, scene.views) || mistake_sdd(name, scene.views));
     return scene;
 }
 

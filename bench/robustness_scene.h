@@ -33,7 +33,8 @@ void put_metal(Volume& actual);
 
 /// Names in words, for errors and usage.
 inline constexpr const char* kSceneNames =
-    "clean, noise, scatter, metal, truncated, other, wrong-view-DEGREES, wrong-view-LENGTHmm, vertebra-1 to vertebra-5 "
+    "clean, noise, scatter, metal, truncated, other, wrong-view-DEGREES, wrong-view-LENGTHmm, wrong-sdd-PERCENT, "
+    "vertebra-1 to vertebra-5 "
     "or spine";
 
 /// Throws Error for an unknown name, and for a scene that these settings do not suffice for.

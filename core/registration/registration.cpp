@@ -127,6 +127,8 @@ void judge(Run& run, const std::string& stopped) {
     judge_views(result, run.extent.radius_mm);
     result.reasons = doubts(result, run.views, run.start, run.extent);
     if (!run.shows_the_cut.value_or(true)) doubt_beyond_the_cut(result, result.reasons);
+    if (const auto doubt = magnification_doubt(run.magnification))
+        result.reasons.insert(result.reasons.begin(), *doubt);
     if (!stopped.empty()) result.reasons.insert(result.reasons.begin(), stopped);
     result.ok = result.reasons.empty() && !run.suspicion;
     withhold_where_doubted(result);
@@ -192,7 +194,7 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     warn_of_parallel_views(views, run.result.decisions);
     const std::string stopped = ended_early(run, [&] {
         find_pose(run);
-        look_closer(run, run.result);
+        if (!magnification_doubt(run.magnification)) look_closer(run, run.result);  // else all cameras are wrong
     });
     judge(run, stopped);
     const bool may_look = stopped.empty() && options.suspect_mirrored && !options.time_limit_s;

@@ -35,6 +35,11 @@ private:
     Clock::time_point counted_ = Clock::now();
 };
 
+/// By how much all views fit best magnified (trust/magnification.h): logarithm, and its standard deviation.
+struct Magnification {
+    double log = 0, sigma = 0;
+};
+
 /// What all parts of one registration share.
 struct Run {
     using Clock = LevelClock::Clock;
@@ -53,6 +58,8 @@ struct Run {
     /// Whether the X-ray shows the CT's cut sides as the CT has them, or more of the body. Nothing where that is not
     /// known yet, as before a place is found.
     std::optional<bool> shows_the_cut{};
+    /// What all views would rather be magnified by; nothing where that is not known.
+    std::optional<Magnification> magnification{};
     /// Why the images and not the pose must be wrong; a part was not sought then.
     std::optional<std::string> suspicion{};
     Clock::time_point begin = Clock::now();

@@ -59,7 +59,9 @@ Eigen::Vector3d depth_axis(const Run& run) {
 
 std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level) {
     const LevelProblem problem = level.problem(run.result.world_from_ct, false);
-    return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch);
+    const bool is_magnified = run.options.compare_views && run.views.size() > 1 && run.result.content == Content::whole;
+    return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch,
+                     is_magnified ? level.views() : std::span<const View>());
 }
 
 std::vector<double> shares_of(const Session& session) {
@@ -81,6 +83,7 @@ void estimate_error(Run& run, Level& level, Level* coarser, double calibration) 
     if (run.views.size() == 1) split_by_depth(result.confidence, depth_axis(run));
     if (!run.options.compare_views || run.views.size() < 2) return;
     if (result.content == Content::part) return;  // other tissue pulls each view its own way
+    run.magnification = magnification(coarse_sums, shares, calibration);
     const EvidenceScale scale = evidence_scale(calibration, level.plan().pixel_at_object_mm);
     const std::vector<ViewCorrection> corrections =
         compare_views(coarse_sums, shares, scale, radius_mm, result.world_from_ct * run.extent.centre_ct_mm);

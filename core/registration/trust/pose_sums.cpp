@@ -36,6 +36,7 @@ struct Channel {
     const Image* fixed;
     std::array<Image, kImages> moving;
     std::array<Image, kDistortions> distorted;
+    Image magnified;  ///< derivative by the view's magnification; empty where it is not asked for
 };
 
 /// One view's images, filtered.
@@ -46,12 +47,16 @@ struct Seen {
 };
 
 /// Filters the images of a view, each in a turn of its own.
-Seen see(Session& session, const RigidTransform& world_from_ct, const Eigen::Vector3d& centre_ct_mm, std::size_t view) {
+Seen see(Session& session, const RigidTransform& world_from_ct, const Eigen::Vector3d& centre_ct_mm, std::size_t view,
+         const Camera* camera) {
     const DrrWithDerivatives rendered = session.render_with_derivatives(world_from_ct, centre_ct_mm, view);
     const FixedChannels& fixed = session.fixed_channels(view);
-    std::array<std::vector<Image>, kImages + kDistortions> filtered;
-    session.for_each_index(filtered.size(), [&](std::size_t i) {
-        if (i >= kImages) {
+    constexpr std::size_t kMagnified = kImages + kDistortions;
+    std::array<std::vector<Image>, kMagnified + 1> filtered;
+    session.for_each_index(camera ? kMagnified + 1 : kMagnified, [&](std::size_t i) {
+        if (i == kMagnified) {
+            filtered[i] = session.channels_of(magnification_derivative(rendered.drr, *camera));
+        } else if (i >= kImages) {
             filtered[i] = session.channels_of(distorted(static_cast<Distortion>(i - kImages), rendered.drr));
         } else {
             filtered[i] = session.channels_of(i == 0 ? rendered.drr : rendered.derivatives[i - 1]);
@@ -63,6 +68,7 @@ Seen see(Session& session, const RigidTransform& world_from_ct, const Eigen::Vec
         channel.fixed = &fixed.channels[c];
         for (int i = 0; i < kImages; ++i) channel.moving[i] = std::move(filtered[i][c]);
         for (int i = 0; i < kDistortions; ++i) channel.distorted[i] = std::move(filtered[kImages + i][c]);
+        if (camera) channel.magnified = std::move(filtered[kMagnified][c]);
     }
     return seen;
 }
@@ -100,9 +106,23 @@ void add_fixed(const Image& fixed, const Channel& channel, const Image& weights,
     }
 }
 
+ColumnSums column_sums(const Channel& channel, const Image& weights, const Stretch& pixels) {
+    ColumnSums sums;
+    for (std::size_t p = pixels.begin; p < pixels.end; ++p) {
+        const double column = channel.magnified.pixels[p], weighted = weights.pixels[p] * column;
+        sums.sum += weighted;
+        sums.fixed += weighted * channel.fixed->pixels[p];
+        sums.moving += weighted * channel.moving[0].pixels[p];
+        sums.squared += weighted * column;
+        for (int i = 0; i < 6; ++i) sums.jacobian[i] += weighted * channel.moving[1 + i].pixels[p];
+    }
+    return sums;
+}
+
 /// What one turn adds up: some rows of one channel.
 struct Band {
     GroupSums groups;
+    std::array<ColumnSums, kGroups> magnified;
     std::array<JacobianSums, kDistortions> distorted;  ///< only what depends on the fixed image
     std::array<std::uint64_t, kGroups> pixels{};       ///< with weight
 };
@@ -136,6 +156,7 @@ Band sum_band(const Seen& seen, const Channel& channel, int first_row, int end_r
                 add_fixed(channel.distorted[d], channel, weights, pixels, distorted_row);
                 band.distorted[d] += distorted_row;
             }
+            if (!channel.magnified.pixels.empty()) band.magnified[group] += column_sums(channel, weights, pixels);
             for (std::size_t p = pixels.begin; p < pixels.end; ++p) band.pixels[group] += weights.pixels[p] > 0;
         });
     }
@@ -144,6 +165,7 @@ Band sum_band(const Seen& seen, const Channel& channel, int first_row, int end_r
 
 Band& operator+=(Band& sum, const Band& band) {
     for (int g = 0; g < kGroups; ++g) sum.groups[g] += band.groups[g];
+    for (int g = 0; g < kGroups; ++g) sum.magnified[g] += band.magnified[g];
     for (int g = 0; g < kGroups; ++g) sum.pixels[g] += band.pixels[g];
     for (int d = 0; d < kDistortions; ++d) sum.distorted[d] += band.distorted[d];
     return sum;
@@ -182,7 +204,19 @@ JacobianSums sums_without(const GroupSums& groups, int left_out) {
     return sums;
 }
 
-ViewSums view_sums(const std::vector<Band>& channels) {
+ScaledLinearization scaled_without(const std::vector<Band>& channels, int left_out) {
+    std::vector<JacobianSums> sums;
+    std::vector<ColumnSums> columns(channels.size());
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        sums.push_back(sums_without(channels[c].groups, left_out));
+        for (int g = 0; g < kGroups; ++g) {
+            if (g != left_out) columns[c] += channels[c].magnified[g];
+        }
+    }
+    return linearize_scaled(sums, columns);
+}
+
+ViewSums view_sums(const std::vector<Band>& channels, bool is_scaled) {
     ViewSums view;
     const auto linearized = [&](const auto& sums_of) {
         std::vector<JacobianSums> sums;
@@ -197,6 +231,7 @@ ViewSums view_sums(const std::vector<Band>& channels) {
         view.distorted[d] = linearized(
             [d](const Band& channel) { return with_fixed(sums_without(channel.groups, -1), channel.distorted[d]); });
     }
+    for (int g = -1; is_scaled && g < kGroups; ++g) view.scaled.push_back(scaled_without(channels, g));
     std::uint64_t pixels = 0;
     for (const std::uint64_t in_group : channels.front().pixels) pixels += in_group;
     view.leaves_enough = std::ranges::all_of(
@@ -209,13 +244,16 @@ ViewSums view_sums(const std::vector<Band>& channels) {
 int group_of(int block_x, int block_y) { return (5 * block_x + 3 * block_y) % kGroups; }
 
 std::vector<ViewSums> pose_sums(Session& session, const RigidTransform& world_from_ct,
-                                const Eigen::Vector3d& centre_ct_mm, const std::function<void()>& before_view) {
-    std::vector<ViewSums> views;
+                                const Eigen::Vector3d& centre_ct_mm, const std::function<void()>& before_view,
+                                std::span<const View> views) {
+    std::vector<ViewSums> sums;
     for (std::size_t v = 0; v < session.view_count(); ++v) {
         before_view();
-        views.push_back(view_sums(sum_channels(session, see(session, world_from_ct, centre_ct_mm, v))));
+        const Camera* camera = views.empty() ? nullptr : &views[v].geometry.camera;
+        const Seen seen = see(session, world_from_ct, centre_ct_mm, v, camera);
+        sums.push_back(view_sums(sum_channels(session, seen), camera != nullptr));
     }
-    return views;
+    return sums;
 }
 
 }  // namespace raylign::detail

@@ -2,10 +2,13 @@
 
 #include <array>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "core/backend.h"
 #include "core/registration/trust/distortion.h"
+#include "core/registration/trust/magnification.h"
+#include "raylign/view.h"
 
 namespace raylign::detail {
 
@@ -21,12 +24,16 @@ struct ViewSums {
     std::array<Linearization, kGroups> without;         ///< where the pixels of a group have no weight
     bool leaves_enough = true;                          ///< no group holds nearly all pixels
     std::array<Linearization, kDistortions> distorted;  ///< where the X-ray is the DRR distorted
+    /// With the view's magnification: of all pixels, then without each group. Empty where it was not asked for.
+    std::vector<ScaledLinearization> scaled;
 };
 
 /// Sums in double on the host, by group of pixels: leaving a group out is subtracting its sums. `before_view` may throw
-/// to stop. Throws Error as Session::linearize does.
+/// to stop. `views`: those of the session, where the magnification is asked for, else none. Throws Error as
+/// Session::linearize does.
 [[nodiscard]] std::vector<ViewSums> pose_sums(Session& session, const RigidTransform& world_from_ct,
                                               const Eigen::Vector3d& centre_ct_mm,
-                                              const std::function<void()>& before_view);
+                                              const std::function<void()>& before_view,
+                                              std::span<const View> views = {});
 
 }  // namespace raylign::detail
