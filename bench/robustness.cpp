@@ -104,12 +104,16 @@ Trial run_trial(const Scene& scene, const std::string& variant, double initial_m
 void list_trial(int number, const Trial& trial) {
     const RegistrationResult& found = trial.found;
     const double gap = found.search.rivals.empty() ? 0 : found.search.rivals.front().cost - found.search.cost;
+    ViewCorrection worst;
+    for (const ViewResult& view : found.views) {
+        if (view.correction.significance > worst.significance) worst = view.correction;
+    }
     std::printf(
         "  %3d %s start %6.2f end %8.3f expected %.3f cost %.4f from %.4f agree %d gap %.4f lin %4llu eval %5llu "
-        "%5.2f s %s%s\n",
+        "%5.2f s views %.2f %.2f mm %s%s\n",
         number, trial.success ? "+" : "-", trial.initial_mm, trial.final_mm, found.confidence.rim_mm, found.cost_final,
         found.cost_initial, found.search.agreeing, gap, static_cast<unsigned long long>(found.counters.linearizations),
-        static_cast<unsigned long long>(found.counters.evaluations), found.total_s,
+        static_cast<unsigned long long>(found.counters.evaluations), found.total_s, worst.significance, worst.effect_mm,
         found.ok ? "ok" : "doubtful: ", found.ok ? "" : found.reasons.front().c_str());
 }
 
