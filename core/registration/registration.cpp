@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/registration/strategy/follow.h"
+#include "core/registration/strategy/magnified.h"
 #include "core/registration/strategy/refine_views.h"
 #include "core/registration/strategy/reversed_contrast.h"
 #include "core/registration/strategy/strategy.h"
@@ -194,6 +195,7 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
     warn_of_parallel_views(views, run.result.decisions);
     const std::string stopped = ended_early(run, [&] {
         find_pose(run);
+        look_for_magnification(run);
         if (!magnification_doubt(run.magnification)) look_closer(run, run.result);  // else all cameras are wrong
     });
     judge(run, stopped);

@@ -118,17 +118,23 @@ TEST(Magnification, IsNotAskedOfOneViewOrWithoutCameras) {
     EXPECT_FALSE(magnification(pose_sums(*session, c.truth, c.volume.grid.centre_ct_mm(), [] {}), kShare, 1));
 }
 
-TEST(Magnification, ARegistrationWithAWrongSddIsDoubtedForIt) {
+class WrongScale : public testing::TestWithParam<double> {};
+
+TEST_P(WrongScale, IsWhatTheRegistrationIsDoubtedFor) {
     MagnifiedCase c;
-    magnify(c.views, 1.05);
+    magnify(c.views, GetParam());
     const auto targets = default_targets_ct_mm(c.volume);
     const RegistrationResult result =
         register_volume(c.volume, c.views, perturbed_start(c.truth, targets, 4, 1), {}, *c.backend);
     EXPECT_FALSE(result.ok);
     ASSERT_FALSE(result.reasons.empty());
-    EXPECT_TRUE(result.reasons.front().starts_with("all views fit best if magnified by 0.9")) << result.reasons.front();
+    const std::string magnified = "all views fit best if magnified by ";
+    ASSERT_TRUE(result.reasons.front().starts_with(magnified)) << result.reasons.front();
+    EXPECT_NEAR(std::stod(result.reasons.front().substr(magnified.size())), 1 / GetParam(), 0.03);
     EXPECT_TRUE(result.confidence.is_withheld);
 }
+// One step from the result sees the small one; the others are looked for.
+INSTANTIATE_TEST_SUITE_P(Factors, WrongScale, testing::Values(0.9, 1.03, 1.1));
 
 }  // namespace
 }  // namespace raylign::detail
