@@ -57,7 +57,7 @@ Fit fit_in(Run& run, std::span<const View> views, const LevelPlan& plan) {
 bool is_worth_a_look(const Run& run) {
     return run.result.content == Content::whole && run.result.method == Method::gauss_newton &&
            run.options.compare_views && run.views.size() > 1 && run.explained_cost &&
-           *run.explained_cost >= kPoorCost_scale && !magnification_doubt(run.magnification);
+           *run.explained_cost >= kPoorCost_scale;
 }
 
 }  // namespace
