@@ -45,8 +45,6 @@ protected:
     }
 };
 
-}  // namespace
-
 TEST_F(StudyOfObjects, TellsEachOfThemApart) {
     ASSERT_EQ(run("study", moving({"--rest", "still"})).exit_code, 0);
     const std::vector<std::string> rows = test::lines_of(csv("study"));
@@ -91,4 +89,5 @@ TEST_F(StudyOfObjects, AMotionThatIsNoneIsRefused) {
     EXPECT_THAT(refusal({"--labels", folder.path("labels.mha"), "--move", "1=pose.json"}), HasSubstr("at random"));
 }
 
+}  // namespace
 }  // namespace raylign::detail
