@@ -136,8 +136,8 @@ std::vector<PieceSite> sites_of(const LabelMap& map, std::int32_t count) {
     const auto point = [&](std::size_t i) {
         const auto x = static_cast<double>(i % static_cast<std::size_t>(size.x()));
         const auto y = static_cast<double>(i / static_cast<std::size_t>(size.x()) % static_cast<std::size_t>(size.y()));
-        const auto z = static_cast<double>(i / strides_of(size)[2]);
-        return map.grid.ct_from_voxel({x, y, z});
+        const std::size_t z = i / strides_of(size)[2];
+        return map.grid.ct_from_voxel({x, y, static_cast<double>(z)});
     };
     for (std::size_t i = 0; i < map.labels.size(); ++i) {
         if (map.labels[i] == 0) continue;

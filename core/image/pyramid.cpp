@@ -26,8 +26,9 @@ void means_of_blocks(const float* const (&rows)[4], int count, float* out) {
     for (int x = 0; x < count; ++x) {
         double sum = 0;
         for (const float* row : rows) {
-            sum += row[2 * x];
-            sum += row[2 * x + 1];
+            const float* two = row + 2 * static_cast<std::ptrdiff_t>(x);
+            sum += two[0];
+            sum += two[1];
         }
         out[x] = static_cast<float>(sum / 8);
     }
