@@ -11,7 +11,7 @@ namespace raylign::detail {
 namespace {
 
 /// Right cameras showed up to 0.004 on X-rays with blur, scatter and hardening, an sdd 3 % wrong 0.011 to 0.024.
-constexpr double kLeastLog = 0.008;
+constexpr double kLeastLog = 0.01;
 constexpr double kLeastSigmas = 4;
 
 /// Where the i-th and j-th parameters meet in JacobianSums::jacobian_jacobian, i <= j.

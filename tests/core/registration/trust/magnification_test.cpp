@@ -99,7 +99,7 @@ TEST(Magnification, IsFoundWithItsSignAndNoneWhereCamerasAreRight) {
     ASSERT_TRUE(right);
     EXPECT_LT(std::abs(right->log), 1e-6);
     EXPECT_FALSE(magnification_doubt(right));
-    for (const double by : {0.99, 1.01}) {
+    for (const double by : {0.985, 1.015}) {
         MagnifiedCase wrong;
         wrong.take_own_drrs();
         magnify(wrong.views, by);
