@@ -15,7 +15,7 @@ constexpr double kLeastLog = 0.01;
 constexpr double kLeastSigmas = 4;
 
 /// Where the i-th and j-th parameters meet in JacobianSums::jacobian_jacobian, i <= j.
-std::size_t upper(int i, int j) { return static_cast<std::size_t>(i * (11 - i) / 2 + j); }
+int upper(int i, int j) { return i * (11 - i) / 2 + j; }
 
 /// With the column in place of the k-th derivative.
 std::vector<JacobianSums> with_column(std::span<const JacobianSums> channels, std::span<const ColumnSums> columns,
