@@ -1,5 +1,7 @@
 #include "core/registration/strategy/finish.h"
 
+#include <cmath>
+
 #include "core/registration/level/pixel_weights.h"
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
@@ -13,7 +15,8 @@ namespace raylign::detail {
 namespace {
 
 constexpr int kRobustRounds = 3;
-constexpr double kRobustSettled_px = 0.02;  // a renewal that moves the object's rim less is the last
+constexpr double kCutMagnification = 0.005;  // sigma of a cut CT's: right cameras showed up to 0.008
+constexpr double kRobustSettled_px = 0.02;   // a renewal that moves the object's rim less is the last
 
 /// Robust weights, renewed until they settle. All but the last search need not end exactly: the next renewal moves its
 /// end anyway.
@@ -84,6 +87,9 @@ void estimate_error(Run& run, Level& level, Level* coarser, double calibration) 
     if (!run.options.compare_views || run.views.size() < 2) return;
     if (result.content == Content::part) return;  // other tissue pulls each view its own way
     run.magnification = magnification(coarse_sums, shares, calibration);
+    if (run.magnification && !run.shows_the_cut.value_or(true)) {
+        run.magnification->sigma = std::hypot(run.magnification->sigma, kCutMagnification);
+    }
     const EvidenceScale scale = evidence_scale(calibration, level.plan().pixel_at_object_mm);
     const std::vector<ViewCorrection> corrections =
         compare_views(coarse_sums, shares, scale, radius_mm, result.world_from_ct * run.extent.centre_ct_mm);
