@@ -119,12 +119,13 @@ private:
             _mm256_store_si256(reinterpret_cast<__m256i*>(column), columns.at);
             _mm256_store_si256(reinterpret_cast<__m256i*>(column_step), columns.step);
             const __m256i stride = _mm256_set1_epi32(static_cast<std::int32_t>(layout.row_stride));
-            for (int square = 0; square < 2; ++square) {
+            for (std::size_t square = 0; square < 2; ++square) {
+                const std::size_t lane = 4 * square;
                 for (int k = 0; k < kSlabPlanes; k += 8) {
-                    const __m256i r = whole(row[4 * square], row_step[4 * square], k, layout.begin[1] - part.row0,
-                                            layout.end[1] - part.row0);
-                    const __m256i c = whole(column[4 * square], column_step[4 * square], k,
-                                            layout.begin[2] - part.column0, layout.end[2] - part.column0);
+                    const __m256i r =
+                        whole(row[lane], row_step[lane], k, layout.begin[1] - part.row0, layout.end[1] - part.row0);
+                    const __m256i c = whole(column[lane], column_step[lane], k, layout.begin[2] - part.column0,
+                                            layout.end[2] - part.column0);
                     _mm256_store_si256(reinterpret_cast<__m256i*>(offset[square] + k),
                                        _mm256_add_epi32(_mm256_mullo_epi32(r, stride), c));
                 }
