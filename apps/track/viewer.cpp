@@ -49,7 +49,7 @@ ViewerFrame frame_of(const TrackReport& report, std::size_t at, InstantReader& r
     if (instant.gap.empty()) {
         frame.xrays = viewer_xrays(instant.views, XrayDepth::bits_8, longest_side_px);
     } else {
-        frame.xrays = Json(std::vector<Json>(report.inputs.views.views.size()));
+        frame.xrays.resize(report.inputs.views.views.size());
     }
     for (std::size_t o = 0; o < object_count; ++o) {
         const TrackFrame& found = report.record.rows[at * object_count + o].frame;

@@ -133,8 +133,8 @@ void refuse_without_viewer() {
                 ErrorKind::unavailable);
 }
 
-Json viewer_xrays(std::span<const View> views, XrayDepth depth, int longest_side_px) {
-    Json xrays = Json::array();
+std::vector<Json> viewer_xrays(std::span<const View> views, XrayDepth depth, int longest_side_px) {
+    std::vector<Json> xrays;
     for (const View& view : views) xrays.push_back(xray_json(embedded(view, longest_side_px).view, depth));
     return xrays;
 }

@@ -25,7 +25,7 @@ struct ViewerObject {
 /// X-rays and poses of one instant, packed.
 struct ViewerFrame {
     int number = 1;
-    Json xrays;                                   ///< one per view, null where it has none
+    std::vector<Json> xrays;                      ///< one per view, null where it has none
     std::vector<RigidTransform> world_from_ct{};  ///< one per object
     std::vector<std::string> status{};            ///< one per object; "" = nobody judged it
 };
@@ -57,8 +57,8 @@ struct ViewerScene {
 
 /// X-rays as a viewer carries them, in 16 bit for one instant, in 8 for one of many.
 enum class XrayDepth { bits_8 = 1, bits_16 = 2 };
-[[nodiscard]] Json viewer_xrays(std::span<const View> views, XrayDepth depth,
-                                int longest_side_px = kLargestImageSide_px);
+[[nodiscard]] std::vector<Json> viewer_xrays(std::span<const View> views, XrayDepth depth,
+                                             int longest_side_px = kLargestImageSide_px);
 
 /// Whether this build has the viewer: its script is bundled by npm.
 [[nodiscard]] bool has_viewer();
