@@ -91,4 +91,17 @@ void on_level(Run& run, const LevelPlan& plan, Content content, const std::optio
     level.close();
 }
 
+/// A level of a whole in other views or from another pose than the run's: work(its run, level). The report leaves it
+/// out; what it cost counts, and the time limit is the run's.
+template <class Work>
+void on_level_beside(Run& run, std::span<const View> views, const LevelPlan& plan, const Work& work) {
+    const RunControl quiet{.on_progress = {}, .stop = run.control.stop, .meanwhile = run.control.meanwhile};
+    Run beside{run.resident, views, run.options, quiet, run.extent, run.start};
+    beside.begin = run.begin;
+    beside.shows_the_cut = run.shows_the_cut;
+    on_level(beside, plan, Content::whole, std::nullopt, [&](Level& level) { work(beside, level); });
+    add(run.result.counters, beside.result.counters);
+    add(run.result.timing, beside.result.timing);
+}
+
 }  // namespace raylign::detail

@@ -67,12 +67,6 @@ std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level) {
                      is_magnified ? level.views() : std::span<const View>());
 }
 
-std::vector<double> shares_of(const Session& session) {
-    std::vector<double> shares;
-    for (std::size_t v = 0; v < session.view_count(); ++v) shares.push_back(session.view_share(v));
-    return shares;
-}
-
 /// How sure the pose is, and what each view would like its camera to be against the others. Both on the coarser level,
 /// where there is one: its steps are what all pixels agree on.
 void estimate_error(Run& run, Level& level, Level* coarser, double calibration) {

@@ -30,27 +30,19 @@ struct Fit {
 
 /// The end of a descent from the result in these views.
 Fit fit_in(Run& run, std::span<const View> views, const LevelPlan& plan) {
-    const RunControl quiet{.on_progress = {}, .stop = run.control.stop, .meanwhile = run.control.meanwhile};
-    Run beside{run.resident, views, run.options, quiet, run.extent, run.start};
-    beside.begin = run.begin;  // the time limit is the run's
-    beside.shows_the_cut = run.shows_the_cut;
     const RigidTransform pose = run.result.world_from_ct;
     Fit fit;
-    on_level(beside, plan, Content::whole, std::nullopt, [&](Level& level) {
+    on_level_beside(run, views, plan, [&](Run& beside, Level& level) {
         weigh_whole(beside, level, pose);
         LevelProblem problem = level.problem(pose, false);
         problem.max_iterations = std::min(problem.max_iterations, kSearchIterations);
         const std::vector<Candidate> ends = refined(problem, std::vector<Candidate>{{pose, 0, 1}});
         if (ends.empty()) return;
         fit.cost = ends.front().cost;
-        std::vector<double> shares;
-        for (std::size_t v = 0; v < views.size(); ++v) shares.push_back(level.session().view_share(v));
         const std::vector<ViewSums> sums = pose_sums(level.session(), ends.front().world_from_ct,
                                                      run.extent.centre_ct_mm, problem.before_batch, level.views());
-        fit.further = magnification(sums, shares, kCalibration_mismatch);
+        fit.further = magnification(sums, shares_of(level.session()), kCalibration_mismatch);
     });
-    add(run.result.counters, beside.result.counters);
-    add(run.result.timing, beside.result.timing);
     return fit;
 }
 

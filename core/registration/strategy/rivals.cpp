@@ -71,15 +71,11 @@ std::vector<RigidTransform> poses_far_around(const Run& run, const RigidTransfor
     return poses_near(pose, run.extent, run.extent.radius_mm, kFarTurn_rad, kFarPoses, run.options.search.seed);
 }
 
-/// Levels of its own, which the report leaves out; what they cost counts.
+/// The ends of descents on a level of its own.
 std::vector<Candidate> ends_on(Run& run, const LevelPlan& plan, const RigidTransform& pose,
                                std::vector<Candidate> starts, std::span<const RigidTransform> far = {}) {
-    const RunControl quiet{.on_progress = {}, .stop = run.control.stop, .meanwhile = run.control.meanwhile};
-    Run beside{run.resident, run.views, run.options, quiet, run.extent, run.start};
-    beside.begin = run.begin;  // the time limit is the run's
-    beside.shows_the_cut = run.shows_the_cut;
     std::vector<Candidate> ends;
-    on_level(beside, plan, Content::whole, std::nullopt, [&](Level& level) {
+    on_level_beside(run, run.views, plan, [&](Run& beside, Level& level) {
         weigh_whole(beside, level, pose);
         LevelProblem problem = level.problem(pose, false);
         problem.max_iterations = std::min(problem.max_iterations, kSearchIterations);
@@ -87,8 +83,6 @@ std::vector<Candidate> ends_on(Run& run, const LevelPlan& plan, const RigidTrans
         starts.insert(starts.end(), best.begin(), best.end());
         ends = distinct(refined(problem, starts), run.extent, kDistinct_px * plan.pixel_at_object_mm);
     });
-    add(run.result.counters, beside.result.counters);
-    add(run.result.timing, beside.result.timing);
     return ends;
 }
 

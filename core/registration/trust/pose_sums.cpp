@@ -241,6 +241,12 @@ ViewSums view_sums(const std::vector<Band>& channels, bool is_scaled) {
 
 }  // namespace
 
+std::vector<double> shares_of(const Session& session) {
+    std::vector<double> shares;
+    for (std::size_t v = 0; v < session.view_count(); ++v) shares.push_back(session.view_share(v));
+    return shares;
+}
+
 int group_of(int block_x, int block_y) { return (5 * block_x + 3 * block_y) % kGroups; }
 
 std::vector<ViewSums> pose_sums(Session& session, const RigidTransform& world_from_ct,

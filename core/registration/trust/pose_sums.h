@@ -28,6 +28,9 @@ struct ViewSums {
     std::vector<ScaledLinearization> scaled;
 };
 
+/// Of the views in the cost.
+[[nodiscard]] std::vector<double> shares_of(const Session& session);
+
 /// Sums in double on the host, by group of pixels: leaving a group out is subtracting its sums. `before_view` may throw
 /// to stop. `views`: those of the session, where the magnification is asked for, else none. Throws Error as
 /// Session::linearize does.
