@@ -19,8 +19,7 @@ float field_at(const Volume& volume, const Eigen::Vector3d& voxel) {
         if (at.minCoeff() < 0 || (size - at).minCoeff() <= 0) continue;
         double share = 1;
         for (int axis = 0; axis < 3; ++axis) share *= step[axis] == 1 ? part[axis] : 1 - part[axis];
-        const std::size_t row = static_cast<std::size_t>(at.z()) * size.y() + at.y();
-        sum += share * volume.attenuation_per_mm[row * size.x() + at.x()];
+        sum += share * volume(at.x(), at.y(), at.z());
     }
     return static_cast<float>(sum);
 }
@@ -62,9 +61,8 @@ void add_resampled(Volume& onto, const RigidTransform& onto_world_from_ct, const
     const VoxelBox box = reached_voxels(onto.grid.size, back, other.grid.size);
     for (int z = box.begin.z(); z < box.end.z(); ++z) {
         for (int y = box.begin.y(); y < box.end.y(); ++y) {
-            const std::size_t row = (static_cast<std::size_t>(z) * onto.grid.size.y() + y) * onto.grid.size.x();
             for (int x = box.begin.x(); x < box.end.x(); ++x) {
-                onto.attenuation_per_mm[row + x] += field_at(other, there(Eigen::Vector3d(x, y, z)));
+                onto.attenuation_per_mm[onto.index(x, y, z)] += field_at(other, there(Eigen::Vector3d(x, y, z)));
             }
         }
     }

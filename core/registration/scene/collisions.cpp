@@ -12,8 +12,7 @@ bool attenuates(const Volume& volume, const Eigen::Vector3d& voxel) {
     const Eigen::Vector3i at(static_cast<int>(std::lround(voxel.x())), static_cast<int>(std::lround(voxel.y())),
                              static_cast<int>(std::lround(voxel.z())));
     if (at.minCoeff() < 0 || (volume.grid.size - at).minCoeff() <= 0) return false;
-    const auto row = static_cast<std::size_t>(at.z()) * volume.grid.size.y() + at.y();
-    return volume.attenuation_per_mm[row * volume.grid.size.x() + at.x()] > 0;
+    return volume(at.x(), at.y(), at.z()) > 0;
 }
 
 std::int64_t shared_voxels(const PosedVolume& of, const PosedVolume& other) {
@@ -24,9 +23,8 @@ std::int64_t shared_voxels(const PosedVolume& of, const PosedVolume& other) {
     std::int64_t count = 0;
     for (int z = box.begin.z(); z < box.end.z(); ++z) {
         for (int y = box.begin.y(); y < box.end.y(); ++y) {
-            const std::size_t row = (static_cast<std::size_t>(z) * grid.size.y() + y) * grid.size.x();
             for (int x = box.begin.x(); x < box.end.x(); ++x) {
-                if (!(of.volume->attenuation_per_mm[row + x] > 0)) continue;
+                if (!((*of.volume)(x, y, z) > 0)) continue;
                 count += attenuates(*other.volume, there(Eigen::Vector3d(x, y, z))) ? 1 : 0;
             }
         }
