@@ -16,6 +16,7 @@
 #include "raylign/targets.h"
 #include "raylign/xray.h"
 #include "tests/support/scenes.h"
+#include "tests/support/xrays.h"
 
 namespace raylign::detail::bench {
 namespace {
@@ -196,17 +197,6 @@ Volume moved_body(const Body& body, const std::vector<RigidTransform>& truth) {
     return whole;
 }
 
-/// As a user reads the detector's files.
-void take_counts(View& view, const RawXray& counts) {
-    IntensitySettings settings;
-    settings.kind = IntensityKind::transmission;
-    settings.polarity = Polarity::bone_dark;
-    settings.auto_mask = true;
-    XrayConversion read = line_integral_from_xray(counts, {}, settings, "view " + view.name);
-    view.image = std::move(read.line_integral);
-    view.weights = std::move(read.weights);
-}
-
 }  // namespace
 
 Body make_body(const BonesSettings& settings) {
@@ -251,7 +241,7 @@ std::vector<View> take_xrays(const Body& body, const std::vector<RigidTransform>
     for (std::size_t v = 0; v < views.size(); ++v) {
         const std::uint64_t noise = 100 * static_cast<std::uint64_t>(seed) + v;
         if (!is_ideal) {
-            take_counts(views[v], detected(xray_model(settings.xray), exposures[v], noise));
+            test::take_counts(views[v], detected(xray_model(settings.xray), exposures[v], noise));
             continue;
         }
         views[v].image = ideal_line_integral(body, views[v], truth, backend);

@@ -16,6 +16,7 @@
 #include "raylign/targets.h"
 #include "raylign/xray.h"
 #include "tests/support/scenes.h"
+#include "tests/support/xrays.h"
 
 namespace raylign::detail::bench {
 
@@ -85,17 +86,6 @@ Image ideal_xray(const IdealDetector& detector, int pixels, const Image& line_in
     return detector.photons > 0 ? with_photon_noise(image, detector.photons, seed) : image;
 }
 
-/// As a user reads the detector's files.
-void take_counts(View& view, const RawXray& counts) {
-    IntensitySettings settings;
-    settings.kind = IntensityKind::transmission;
-    settings.polarity = Polarity::bone_dark;
-    settings.auto_mask = true;
-    XrayConversion read = line_integral_from_xray(counts, {}, settings, "view " + view.name);
-    view.image = std::move(read.line_integral);
-    view.weights = std::move(read.weights);
-}
-
 /// The X-rays of `actual` at `pose`: by the model, or what the scene's ideal detector makes of them.
 void take_xrays(Scene& scene, const Volume& actual, const RigidTransform& pose, const SceneSettings& settings,
                 const IdealDetector& ideal) {
@@ -112,7 +102,7 @@ void take_xrays(Scene& scene, const Volume& actual, const RigidTransform& pose, 
     const XrayModel& model = xray_model(settings.xray);
     const auto exposures = expose(model, actual, hu_presets().front(), scene.views, pose, *backend);
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
-        take_counts(scene.views[v], detected(model, exposures[v], seed + v));
+        test::take_counts(scene.views[v], detected(model, exposures[v], seed + v));
     }
 }
 

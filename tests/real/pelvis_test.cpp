@@ -14,25 +14,19 @@
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/test_data.h"
+#include "tests/support/xrays.h"
 
 namespace raylign::detail {
 namespace {
 
 std::filesystem::path pelvis_path() { return test::test_data() / "pelvis" / "example_ct.nii.gz"; }
 
-/// Counts of a c-arm's detector, read as a user's files are.
+/// Of the model c-arm.
 void take_xrays(std::vector<View>& views, const Volume& volume, const RigidTransform& pose, Backend& backend) {
     const XrayModel& model = xray_model("c-arm");
     const auto exposures = expose(model, volume, hu_presets().front(), views, pose, backend);
-    IntensitySettings settings;
-    settings.kind = IntensityKind::transmission;
-    settings.polarity = Polarity::bone_dark;
-    settings.auto_mask = true;
     for (std::size_t v = 0; v < views.size(); ++v) {
-        const RawXray counts = detected(model, exposures[v], 100 + v);
-        XrayConversion read = line_integral_from_xray(counts, {}, settings, "view " + views[v].name);
-        views[v].image = std::move(read.line_integral);
-        views[v].weights = std::move(read.weights);
+        test::take_counts(views[v], detected(model, exposures[v], 100 + v));
     }
 }
 
