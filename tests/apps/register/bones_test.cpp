@@ -37,6 +37,22 @@ protected:
     [[nodiscard]] test::ProgramResult run(const std::vector<std::string>& more) const {
         return test::run_raylign(small.register_arguments(more));
     }
+    [[nodiscard]] test::ProgramResult simulate(const std::string& into, const std::vector<std::string>& more) const {
+        std::vector<std::string> arguments{"drr",
+                                           "-v",
+                                           folder.path("spine.mha"),
+                                           "--attenuation",
+                                           "--labels",
+                                           folder.path("labels.mha"),
+                                           "--views",
+                                           folder.path("geometry.json"),
+                                           "--pose",
+                                           folder.path("start.json"),
+                                           "-o",
+                                           folder.path(into)};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return test::run_raylign(arguments);
+    }
     [[nodiscard]] std::string refusal(std::vector<std::string> more) const {
         more.insert(more.begin(), {"--labels", folder.path("labels.mha")});
         const test::ProgramResult result = run(more);
@@ -47,8 +63,6 @@ protected:
     test::TestFolder folder;
     test::SmallCase small{folder};
 };
-
-}  // namespace
 
 TEST_F(BonesProgram, LeavesAPoseAVerdictAndAnErrorForEach) {
     const test::ProgramResult result =
@@ -102,22 +116,6 @@ TEST_F(BonesProgram, SplitsACtWithoutAMapIntoBones) {
 }
 
 TEST_F(BonesProgram, AnObjectThatDrrMovedIsFoundWhereItIs) {
-    const auto simulate = [&](const std::string& into, const std::vector<std::string>& more) {
-        std::vector<std::string> arguments{"drr",
-                                           "-v",
-                                           folder.path("spine.mha"),
-                                           "--attenuation",
-                                           "--labels",
-                                           folder.path("labels.mha"),
-                                           "--views",
-                                           folder.path("geometry.json"),
-                                           "--pose",
-                                           folder.path("start.json"),
-                                           "-o",
-                                           folder.path(into)};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return test::run_raylign(arguments);
-    };
     const std::vector<std::string> moved{"--move", "1", "--by", "4,4", "--seed", "5"};
     ASSERT_EQ(simulate("moved", moved).exit_code, 0);
     ASSERT_EQ(simulate("again", moved).exit_code, 0);
@@ -153,28 +151,8 @@ TEST_F(BonesProgram, AnObjectThatDrrMovedIsFoundWhereItIs) {
 
 TEST_F(BonesProgram, AModelsXrayShowsWhatHasMoved) {
     const auto counted = [&](const std::string& into, const std::string& by) {
-        const test::ProgramResult result = test::run_raylign({"drr",
-                                                              "-v",
-                                                              folder.path("spine.mha"),
-                                                              "--attenuation",
-                                                              "--labels",
-                                                              folder.path("labels.mha"),
-                                                              "--views",
-                                                              folder.path("geometry.json"),
-                                                              "--pose",
-                                                              folder.path("start.json"),
-                                                              "--move",
-                                                              "1",
-                                                              "--by",
-                                                              by,
-                                                              "--seed",
-                                                              "5",
-                                                              "--xray",
-                                                              "c-arm",
-                                                              "--noise",
-                                                              "0",
-                                                              "-o",
-                                                              folder.path(into)});
+        const test::ProgramResult result =
+            simulate(into, {"--move", "1", "--by", by, "--seed", "5", "--xray", "c-arm", "--noise", "0"});
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return test::read_text(folder.path(into + "/drr_AP.tif"));
     };
@@ -227,4 +205,5 @@ TEST_F(BonesProgram, FilesOfOneBoneAreRefused) {
     EXPECT_THAT(refusal_of({}), HasSubstr("no CT: give -v FILE, or --bone NAME=FILE"));
 }
 
+}  // namespace
 }  // namespace raylign::detail
