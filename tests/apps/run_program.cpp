@@ -21,14 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path fresh_folder() {
-    const std::string pattern = (fs::temp_directory_path() / "raylign_test_XXXXXX").string();
-    std::vector<char> name(pattern.begin(), pattern.end());
-    name.push_back('\0');
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder");
-    return name.data();
-}
-
 void redirect(int stream, const std::string& file) {
     const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (descriptor < 0 || dup2(descriptor, stream) < 0) _exit(126);
@@ -110,13 +102,6 @@ ProgramResult run_raylign_unheard(const std::vector<std::string>& arguments, Dea
         close(ends[0]);
         close(ends[1]);
     });
-}
-
-TestFolder::TestFolder() : folder_(fresh_folder()) {}
-
-TestFolder::~TestFolder() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
 }
 
 std::string read_text(const fs::path& path) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/test_folder.h"
+
 namespace raylign::detail::test {
 
 struct ProgramResult {
@@ -31,21 +33,6 @@ enum class DeadOutput { closed, broken_pipe };
 
 /// The same, where no file may grow beyond `bytes`: writes fail as they do on a full disk.
 [[nodiscard]] ProgramResult run_raylign_on_full_disk(const std::vector<std::string>& arguments, std::size_t bytes);
-
-/// A fresh folder for the running test, removed when the object goes.
-class TestFolder {
-public:
-    TestFolder();
-    ~TestFolder();
-    TestFolder(const TestFolder&) = delete;
-    TestFolder& operator=(const TestFolder&) = delete;
-
-    [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
-    [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
-
-private:
-    std::filesystem::path folder_;
-};
 
 [[nodiscard]] std::string read_text(const std::filesystem::path& path);
 void write_text_file(const std::filesystem::path& path, const std::string& text);
