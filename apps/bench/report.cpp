@@ -93,6 +93,12 @@ std::string bench_table(const BenchRun& run) {
         text += format("%-12s %-10s %5d %-14s %10.3f ms a pose\n", s.backend.c_str(), s.what.c_str(), s.x,
                        s.unit.c_str(), s.point.pose_ms);
     }
+    if (std::ranges::any_of(run.backends, [](const BenchBackend& b) { return b.name.starts_with("gl-2006"); })) {
+        text +=
+            "gl-2006 draws with fragment shaders, as the paper did. GPUs made for computing have few units for that: "
+            "its "
+            "times there\nsay nothing about the method.\n";
+    }
     return text;
 }
 

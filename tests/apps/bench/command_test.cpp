@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tests/apps/run_program.h"
+#include "tests/support/backends.h"
 
 namespace raylign::detail::test {
 namespace {
@@ -47,6 +48,14 @@ TEST(BenchCommand, RefusesSizesOutOfRange) {
         EXPECT_EQ(result.exit_code, 2);
         EXPECT_THAT(result.err, HasSubstr(std::string(option) + " = " + value));
     }
+}
+
+TEST(BenchCommand, SaysThatFragmentRatesAreNotTheMethods) {
+    if (!test::is_required("gl-2006")) GTEST_SKIP() << "needs OpenGL";
+    const TestFolder folder;
+    const ProgramResult result = run_raylign(
+        {"bench", "--size", "16", "--pixels", "16", "--repeat", "1", "--backend", "gl-2006", "-o", folder.path("out")});
+    EXPECT_THAT(result.out, HasSubstr("say nothing about the method")) << result.err;
 }
 
 }  // namespace
