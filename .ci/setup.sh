@@ -4,8 +4,8 @@
 program_packages=(g++ cmake ninja-build libeigen3-dev libnlopt-dev libtbb-dev libxsimd-dev libinsighttoolkit5-dev libfftw3-dev
                   libgdcm-dev libhdf5-dev libtiff-dev libpng-dev libjpeg-dev libexpat1-dev libassimp-dev libyaml-cpp-dev zlib1g-dev libssl-dev nlohmann-json3-dev
                   libcli11-dev libopenmpi-dev openmpi-bin libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri)
-# And the tests: GoogleTest, Google Benchmark; report pages are bundled with their charts and opened in a real browser.
-test_packages=(libgtest-dev libgmock-dev libbenchmark-dev python3 pkg-config
+# And the tests: GoogleTest, Google Benchmark, a second compiler of shaders; report pages are bundled with their charts and opened in a real browser.
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev glslang-tools python3 pkg-config
                python3-dev pybind11-dev python3-numpy python3-pytest python3-nibabel python3-matplotlib)
 command -v npm >/dev/null || test_packages+=(npm)
 # The browser that the tests open report pages with; fails where there is none.

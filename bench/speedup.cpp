@@ -12,6 +12,7 @@
 #include "bench/record.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/validation/tolerances.h"
 
 namespace raylign::detail::bench {
 namespace {
@@ -41,7 +42,9 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
     const auto poses = poses_around(scene.truth, rounds);
     const double apart = difference(fast->render(poses[0], 0), slow->render(poses[0], 0));
     std::printf("images differ by %.1e of the maximum\n", apart);
-    if (!(apart < 1e-4)) {
+    const double allowed = std::max(compare_tolerances(fast_backend->info()).image_share.value,
+                                    compare_tolerances(slow_backend->info()).image_share.value);
+    if (!(apart < allowed)) {
         std::fprintf(stderr, "the images disagree: a fast wrong answer is not a result\n");
         return 1;
     }

@@ -26,7 +26,7 @@ namespace {
 
 std::vector<View> simulate(const Volume& volume, std::vector<View> views, const RigidTransform& truth, double photons) {
     const RenderSettings fine{Projector::trilinear, 0.4 * volume.grid.spacing_mm.minCoeff()};
-    const auto session = create_backend("auto").backend->prepare({volume, views, fine, {}});
+    const auto session = create_backend("cpu").backend->prepare({volume, views, fine, {}});
     for (std::size_t v = 0; v < views.size(); ++v) {
         views[v].image = with_photon_noise(session->render(truth, v), photons, 100 + v);
     }

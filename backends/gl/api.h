@@ -21,16 +21,16 @@ namespace raylign::detail::gl {
     X(GetPlatformDisplayEXT) X(QueryDevicesEXT) X(QueryDeviceStringEXT)
 #define RAYLIGN_GL_FUNCTIONS(X) \
     X(AttachShader) X(BeginQuery) X(BindBufferBase) X(BindFramebuffer) X(BindImageTexture) X(BindTextureUnit) \
-    X(BindVertexArray) X(BlendEquation) X(BlendFunc) X(ClearNamedFramebufferfv) X(ClientWaitSync) X(CompileShader) X(CopyImageSubData) \
+    X(BindVertexArray) X(BlendEquation) X(BlendFunc) X(ClearNamedFramebufferfv) X(ClientWaitSync) X(CompileShader) X(CopyImageSubData) X(CopyNamedBufferSubData) \
     X(CreateBuffers) X(CreateFramebuffers) X(CreateProgram) X(CreateQueries) X(CreateShader) X(CreateTextures) \
     X(CreateVertexArrays) X(DebugMessageCallback) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) \
     X(DeleteQueries) X(DeleteShader) X(DeleteSync) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DispatchCompute) X(DrawArrays) \
     X(DrawArraysInstanced) X(Enable) X(EndQuery) X(FenceSync) X(Finish) X(Flush) X(GenerateTextureMipmap) X(GetError) \
     X(GetGraphicsResetStatus) X(GetInteger64v) X(GetIntegeri_v) X(GetIntegerv) X(GetNamedBufferSubData) \
-    X(GetProgramInfoLog) X(GetProgramiv) X(GetQueryObjectui64v) X(GetShaderInfoLog) X(GetShaderiv) X(GetString) \
+    X(GetProgramBinary) X(GetProgramInfoLog) X(GetProgramiv) X(GetQueryObjectui64v) X(GetShaderInfoLog) X(GetShaderiv) X(GetString) \
     X(GetStringi) X(GetTextureImage) X(LinkProgram) X(MapNamedBufferRange) X(MemoryBarrier) X(NamedBufferStorage) \
     X(NamedBufferSubData) X(NamedFramebufferDrawBuffer) X(NamedFramebufferDrawBuffers) X(NamedFramebufferTexture) X(ObjectLabel) X(PixelStorei) \
-    X(PolygonMode) X(ProgramUniform1f) X(ProgramUniform1i) X(ProgramUniform1ui) X(ProgramUniform2f) \
+    X(PolygonMode) X(ProgramBinary) X(ProgramParameteri) X(ProgramUniform1f) X(ProgramUniform1i) X(ProgramUniform1ui) X(ProgramUniform2f) \
     X(ProgramUniform2i) X(ProgramUniform3f) X(ProgramUniform4f) X(ProgramUniformMatrix4fv) X(QueryCounter) \
     X(ReadPixels) X(Scissor) X(ShaderSource) X(TextureParameterfv) X(TextureParameteri) X(TextureStorage2D) \
     X(TextureStorage3D) X(TextureSubImage2D) X(TextureSubImage3D) X(UseProgram) X(Viewport)

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cstdlib>
 #include <cstring>
 
+#include "backends/gl/program_cache.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::gl {
@@ -17,6 +20,21 @@ constexpr bool kDebugOutput = true;
 constexpr std::size_t kMostMessages = 20;   ///< a driver may repeat itself without end
 constexpr GLenum kVideoMemoryNvx = 0x9047;  ///< GPU_MEMORY_INFO_DEDICATED_VIDMEM_NVX, in KiB
 constexpr GLuint64 kWaitSlice_ns = 1'000'000'000;
+
+constexpr int kHardwareFilterBits = 8;  ///< NVIDIA's and AMD's manuals say so
+constexpr double kForget = 0.75;
+
+int emulated_filter_bits() {
+    const char* const text = std::getenv("RAYLIGN_GL_FILTER_BITS");
+    if (text == nullptr || *text == '\0') return 0;
+    int bits = 0;
+    const char* const end = text + std::strlen(text);
+    const auto [rest, status] = std::from_chars(text, end, bits);
+    if (status != std::errc{} || rest != end || bits < 1 || bits > 16) {
+        throw bad_value("RAYLIGN_GL_FILTER_BITS", text, "1 to 16", "the environment");
+    }
+    return bits;
+}
 
 Error unusable(const std::string& message) { return Error(message, ErrorKind::unavailable); }
 
@@ -124,6 +142,8 @@ void Context::describe() {
     device_.version = text_of(gl.GetString(GL_VERSION));
     device_.node = display_.node;
     device_.software = display_.software || is_software(device_.renderer);
+    if (!device_.software) program_folder_ = default_program_folder();  // Mesa keeps its own
+    device_.filter_bits = device_.software ? emulated_filter_bits() : kHardwareFilterBits;
     GLint major = 0, minor = 0;
     gl.GetIntegerv(GL_MAJOR_VERSION, &major);
     gl.GetIntegerv(GL_MINOR_VERSION, &minor);
@@ -161,6 +181,10 @@ Context::~Context() {
     } catch (const Error&) {  // the device is gone, and with it the programs
     }
     api_.egl.DestroyContext(egl_display_, egl_context_);
+}
+
+void Context::observe_samples_per_ms(double measured) {
+    samples_per_ms_ = std::max(measured, kForget * samples_per_ms_);
 }
 
 void Context::throw_if_lost(std::string_view doing) {

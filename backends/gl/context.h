@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
@@ -27,16 +28,12 @@ struct Device {
     std::string renderer, vendor, version;
     std::string node;
     bool software = false;
+    /// Of the fractions of a voxel that its texture unit filters with; 0 = of floats. Software stands for a GPU where
+    /// the environment's RAYLIGN_GL_FILTER_BITS says so, in tests.
+    int filter_bits = 0;
     Limits limits;
-};
 
-/// Work-group shapes and the like, fitted to the device by the first session (see pipeline.h). None of them changes a
-/// bit of any result.
-struct Tuning {
-    int tile_x = 8, tile_y = 8;   ///< pixels of a work group that casts rays
-    int sums_per_group = 42;      ///< sums that one work group totals
-    double samples_per_ms = 2e4;  ///< measured rate of casting; at first a guess on the slow side
-    double fitted_samples = 0;    ///< of the frame that it was fitted with
+    [[nodiscard]] bool emulates_filter() const { return software && filter_bits > 0; }
 };
 
 /// An OpenGL 4.5 core context without a window or surface. Threads take turns: see Current.
@@ -63,7 +60,13 @@ public:
 
     /// Programs by name, made once (see programs.h).
     std::map<std::string, Program>& programs() { return programs_; }
-    Tuning& tuning() { return tuning_; }
+    /// Rate of casting rays, at first a guess on the slow side: how long a submission will take.
+    [[nodiscard]] double samples_per_ms() const { return samples_per_ms_; }
+    /// A rate that was measured. Small images reach less than the device can: the best one is forgotten slowly only.
+    void observe_samples_per_ms(double measured);
+    /// Of program_cache.h; empty = none.
+    [[nodiscard]] const std::filesystem::path& program_folder() const { return program_folder_; }
+    void keep_programs_in(std::filesystem::path folder) { program_folder_ = std::move(folder); }
 
 private:
     friend class Current;
@@ -80,7 +83,8 @@ private:
     bool lost_ = false;
     std::vector<std::string> messages_;  ///< of the driver, in Debug builds
     std::map<std::string, Program> programs_;
-    Tuning tuning_;
+    std::filesystem::path program_folder_;
+    double samples_per_ms_ = 2e4;
 };
 
 /// Makes a context current in this thread while it lives, and what was current before it afterwards. One thread at a

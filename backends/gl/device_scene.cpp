@@ -20,9 +20,10 @@ DeviceScene::DeviceScene(Context& context, const ViewScene& scene, const std::ve
 
 DeviceScene::DeviceScene(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
                          const VolumeOptions& options)
-    : DeviceScene(context, {scene.volume.grid, scene.views, scene.render, scene.similarity}, fixed, options,
-                  std::make_shared<VolumeTextures>(context, scene.volume, box_of(scene, options.crop), options.storage,
-                                                   first_layout(scene, options.exact))) {}
+    : DeviceScene(
+          context, {scene.volume.grid, scene.views, scene.render, scene.similarity}, fixed, options,
+          std::make_shared<VolumeTextures>(context, scene.volume, box_of(scene, options.crop), options.storage,
+                                           first_layout(scene, options.exact || context.device().emulates_filter()))) {}
 
 DeviceScene::DeviceScene(const DeviceScene& resident, std::span<const View> views, const Similarity& similarity,
                          const std::vector<FixedChannels>& fixed)
@@ -31,9 +32,7 @@ DeviceScene::DeviceScene(const DeviceScene& resident, std::span<const View> view
 
 void DeviceScene::need_layouts(std::span<const RayFrame> frames, bool derivatives) {
     if (render_.projector == Projector::trilinear) {
-        if (!volume_options_.exact) volume_->need(Layout::box);
-        if (volume_options_.exact || derivatives) volume_->need(Layout::layers_z);
-        return;
+        return volume_->need(filters_by_texture() && !derivatives ? Layout::box : Layout::layers_z);
     }
     for (const RayFrame& frame : frames) {
         if (volume_->has(Layout::layers_x) && volume_->has(Layout::layers_y) && volume_->has(Layout::layers_z)) return;
@@ -43,6 +42,8 @@ void DeviceScene::need_layouts(std::span<const RayFrame> frames, bool derivative
         }
     }
 }
+
+bool DeviceScene::filters_by_texture() const { return !volume_options_.exact && !context_.device().emulates_filter(); }
 
 void DeviceScene::bind_scene() const {
     bind(context_.gl(), buffers_);

@@ -43,6 +43,8 @@ public:
 protected:
     /// Makes the layouts of the volume that the rays of `frames` run through.
     void need_layouts(std::span<const RayFrame> frames, bool derivatives);
+    /// Of voxels between texels by the texture unit; else by the shader.
+    [[nodiscard]] bool filters_by_texture() const;
     void bind_scene() const;
     [[nodiscard]] FrameContext frame_context(const RayFrame& frame) const;
 

@@ -125,9 +125,10 @@ void PaperPipeline::cast_slices(const ViewTargets& view, int axis, const SliceRa
     const GLuint slice = program(context_, {{"quad.vert", "slice.frag"},
                                             {{"JOSEPH", render_.projector == Projector::joseph},
                                              {"EXACT", options_.exact},
+                                             {"FILTER_BITS", emulated_bits(context_)},
                                              {"AXIS", axis},
                                              {"MAX_TAPS", kMostTaps}}});
-    const double most = context_.tuning().samples_per_ms * kDraw_ms / view.drr.size_px.cast<double>().prod();
+    const double most = context_.samples_per_ms() * kDraw_ms / view.drr.size_px.cast<double>().prod();
     const int together = static_cast<int>(std::clamp(most, 1.0, 4096.0));
     for (int first = range.first; first < range.end; first += together) {
         gl.ProgramUniform1i(slice, kFirstSlice, first);

@@ -1,9 +1,9 @@
 #include "backends/gl/pipeline.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
-#include "backends/gl/programs.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::gl {
@@ -13,12 +13,21 @@ constexpr GLbitfield kReadBack = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MA
 
 }  // namespace
 
+void ReadBack::need(Context& context, std::string_view label, std::size_t count) {
+    if (bytes >= count) return;
+    buffer = make_storage(context, label, count, kReadBack);
+    mapped = static_cast<const std::byte*>(
+        context.gl().MapNamedBufferRange(buffer.id(), 0, static_cast<GLsizeiptr>(count), kReadBack));
+    context.check("mapping " + std::string(label));
+    bytes = count;
+}
+
 Pipeline::Pipeline(DeviceScene scene, const PipelineOptions& options)
     : DeviceScene(std::move(scene)), options_(options) {
     for (const Eigen::Vector2i& size_px : sizes_px_) {
         most_px_ = most_px_.cwiseMax(size_px);
         image_floats_ = std::max(image_floats_, static_cast<std::size_t>(size_px.x()) * size_px.y());
-        strips_ = std::max(strips_, static_cast<std::size_t>(size_px.x()) * work_groups(size_px.y(), kStripPx));
+        blocks_ = std::max<std::size_t>(blocks_, blocks_of(size_px));
     }
     if (!fixed_.empty()) upload_fixed();
     context_.check("preparing the scene");
@@ -56,32 +65,22 @@ void Pipeline::upload_frames(std::span<const RayFrame> frames, std::span<const R
 
 std::size_t Pipeline::bytes_per_frame(const Job& job) const {
     const std::size_t filtered = channels_ == 2 ? 2 : 0;
-    return sizeof(float) * (job.images_per_frame * image_floats_ * (1 + filtered) + job.sums_per_frame * strips_);
+    return sizeof(float) * job.images_per_frame * image_floats_ * (1 + filtered) +
+           sizeof(double) * job.sums_per_frame * blocks_;
 }
 
 void Pipeline::need_work(const Job& job, std::size_t frames) {
     const std::size_t floats = frames * job.images_per_frame * image_floats_;
     if (images_floats_ < floats) {
-        images_ = make_storage(context_, "images in work", floats * sizeof(float));
-        if (channels_ == 2) rows_ = make_storage(context_, "images filtered along x", 2 * floats * sizeof(float));
+        images_ = make_storage(context_, "images in work", floats * sizeof(float), 0);
+        if (channels_ == 2) rows_ = make_storage(context_, "images filtered along x", 2 * floats * sizeof(float), 0);
         images_floats_ = floats;
     }
-    const std::size_t partials = frames * job.sums_per_frame * strips_;
-    if (partials_floats_ < partials) {
-        partials_ = make_storage(context_, "partial sums", partials * sizeof(float));
-        partials_floats_ = partials;
+    const std::size_t partials = frames * job.sums_per_frame * blocks_;
+    if (partials_count_ < partials) {
+        partials_ = make_storage(context_, "partial sums", partials * sizeof(double), 0);
+        partials_count_ = partials;
     }
-}
-
-/// The read-back is mapped once, written by the device and read after a fence.
-void Pipeline::need_sums(std::size_t count) {
-    if (sums_capacity_ >= count) return;
-    const std::size_t bytes = count * sizeof(double);
-    sums_ = make_storage(context_, "sums", bytes, kReadBack);
-    mapped_sums_ = static_cast<const double*>(
-        context_.gl().MapNamedBufferRange(sums_.id(), 0, static_cast<GLsizeiptr>(bytes), kReadBack));
-    context_.check("mapping the sums");
-    sums_capacity_ = count;
 }
 
 void Pipeline::bind(const Job& job) const {
@@ -96,7 +95,7 @@ void Pipeline::bind(const Job& job) const {
     storage(kRowBinding, rows_);
     storage(kFixedBinding, fixed_images_);
     storage(kPartialBinding, partials_);
-    storage(kSumBinding, sums_);
+    storage(kSumBinding, sums_.buffer);
 }
 
 }  // namespace raylign::detail::gl

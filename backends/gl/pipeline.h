@@ -5,6 +5,7 @@
 
 #include "backends/gl/chunks.h"
 #include "backends/gl/device_scene.h"
+#include "backends/gl/programs.h"
 
 namespace raylign::detail::gl {
 
@@ -14,15 +15,21 @@ struct PipelineOptions {
     bool crop = false;           ///< keep only the box around the object
     double chunk_ms = 50;        ///< what one submission may take; tests make it small
     std::size_t work_bytes = 0;  ///< of frames in work at once; 0 = as fits the device
+    int parts = 0;               ///< invocations that share a ray: 1, 2 or 4; 0 = as fits the device
 };
 
-[[nodiscard]] constexpr GLuint work_groups(int count, int size) {
-    return static_cast<GLuint>((count + size - 1) / size);
-}
+/// A buffer that the device writes and the host reads after a fence: mapped for as long as it lives.
+struct ReadBack {
+    Buffer buffer;
+    const std::byte* mapped = nullptr;
+    std::size_t bytes = 0;
+
+    void need(Context& context, std::string_view label, std::size_t count);
+};
 
 /// A scene on the device, and the passes over it: cast (drr.comp), filter along x (rows.comp), filter along y with the
-/// weighted sums of short strips (moments.comp, jacobian.comp), totals (total.comp). Each frame is worked on alone and
-/// each sum added up in a fixed order, so that neither the batch nor work-group shapes change a bit. The context must
+/// weighted sums of blocks of pixels (moments.comp, jacobian.comp), totals (total.comp). Each frame is worked on alone
+/// and each sum added up in a fixed order, so that the batch does not change a bit. The context must
 /// be current in all calls, the constructor and the destructor.
 class Pipeline final : public DeviceScene {
 public:
@@ -36,6 +43,8 @@ public:
     [[nodiscard]] Image render(const RayFrame& frame);
     [[nodiscard]] DrrWithDerivatives render(const RayFrame& frame, const RayFrameDerivatives& derivatives);
     void upload_fixed();
+    /// Since the last call; tells the context the rate of casting.
+    [[nodiscard]] StageSeconds collect_times();
 
 private:
     /// One run: frames, and how many images and sums each has.
@@ -55,26 +64,27 @@ private:
     void need_sums(std::size_t count);
     [[nodiscard]] std::size_t bytes_per_frame(const Job& job) const;
     [[nodiscard]] std::vector<Chunk> chunks_of(const Job& job) const;
-    void fit(const Job& job);
-    void fit_totals(const Job& job);
-    [[nodiscard]] double time_ms(Stage stage);
     void run_chunk(const Job& job, const Chunk& chunk);
-    void cast_only(const Job& job, std::span<const RayFrameDerivatives> derivatives);
-    [[nodiscard]] Image read_image(std::size_t image, const Eigen::Vector2i& size_px);
+    /// The images of the job's one frame.
+    [[nodiscard]] std::vector<Image> cast_only(const Job& job, std::span<const RayFrameDerivatives> derivatives);
+    [[nodiscard]] std::vector<Image> read_images(std::size_t count, const Eigen::Vector2i& size_px);
+    void compile(const Job& job);
     void cast_rows(const Job& job, const Chunk& chunk, const Rows& rows);
     void filter(const Job& job, const Chunk& chunk);
     void total(const Job& job, const Chunk& chunk);
     void bind(const Job& job) const;
-    [[nodiscard]] double samples(const RayFrame& frame) const;
+    [[nodiscard]] double samples(const RayFrame& frame, bool derivatives) const;
+    [[nodiscard]] ProgramSource cast_source(const Job& job) const;
+    [[nodiscard]] ProgramSource sums_source(const Job& job, int channel) const;
 
     PipelineOptions options_;
     Eigen::Vector2i most_px_ = Eigen::Vector2i::Zero();  ///< columns and rows of the widest and of the highest view
-    std::size_t image_floats_ = 0, strips_ = 0;          ///< the most that one view has
+    std::size_t image_floats_ = 0, blocks_ = 0;          ///< the most that one view has
     Buffer fixed_images_;
-    Buffer frames_, derivatives_, images_, rows_, partials_, sums_;
-    std::size_t frames_capacity_ = 0, derivatives_capacity_ = 0, images_floats_ = 0, partials_floats_ = 0;
-    std::size_t sums_capacity_ = 0;
-    const double* mapped_sums_ = nullptr;
+    Buffer frames_, derivatives_, images_, rows_, partials_;
+    std::size_t frames_capacity_ = 0, derivatives_capacity_ = 0, images_floats_ = 0, partials_count_ = 0;
+    ReadBack sums_, images_read_;
+    double cast_samples_ = 0;  ///< since times were collected
 };
 
 }  // namespace raylign::detail::gl

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <optional>
+#include <utility>
 
+#include "backends/gl/program_cache.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::gl {
@@ -65,20 +68,103 @@ std::string log_of(GLuint id, GetParameter get_parameter, GetLog get_log) {
     return log;
 }
 
-Shader compile(Context& context, const std::string& file, const ShaderText& source) {
+std::string name_of(const ProgramSource& source) {
+    std::string name;
+    for (const std::string& file : source.files) name += (name.empty() ? "" : "+") + file;
+    for (const Define& define : source.defines) name += " " + define.name + "=" + std::to_string(define.value);
+    return name;
+}
+
+/// A program whose shaders the driver may still be compiling.
+struct Begun {
+    std::string name;
+    std::vector<ShaderText> texts;
+    std::vector<Shader> shaders;  ///< none where the program was kept
+    Program program;
+};
+
+/// What a kept program must be of: another driver's binary, or another text's, is not taken.
+ProgramIdentity identity_of(const Context& context, const Begun& begun) {
+    ProgramIdentity identity = context.device().vendor + "\n" + context.device().renderer + "\n" +
+                               context.device().version + "\n" + begun.name + "\n";
+    for (const ShaderText& text : begun.texts) identity += text.text;
+    return identity;
+}
+
+bool is_linked(Context& context, const Program& program) {
+    GLint linked = GL_FALSE;
+    context.gl().GetProgramiv(program.id(), GL_LINK_STATUS, &linked);
+    return linked == GL_TRUE;
+}
+
+/// True if the program was kept and the driver takes it.
+bool take_kept(Context& context, Begun& begun) {
+    if (context.program_folder().empty()) return false;
+    const std::optional<ProgramBinary> kept = read_program(context.program_folder(), identity_of(context, begun));
+    if (!kept) return false;
+    context.gl().ProgramBinary(begun.program.id(), kept->format, kept->bytes.data(),
+                               static_cast<GLsizei>(kept->bytes.size()));
+    (void)context.gl().GetError();  // an unknown format is one, and no reason to stop
+    return is_linked(context, begun.program);
+}
+
+void keep(Context& context, const Begun& begun) {
+    if (context.program_folder().empty()) return;
     const Gl& gl = context.gl();
-    Shader shader(gl, gl.CreateShader(stage_of(file)), file);
-    const GLchar* text = source.text.data();
-    const auto length = static_cast<GLint>(source.text.size());
-    gl.ShaderSource(shader.id(), 1, &text, &length);
-    gl.CompileShader(shader.id());
+    GLint length = 0;
+    gl.GetProgramiv(begun.program.id(), GL_PROGRAM_BINARY_LENGTH, &length);
+    if (length <= 0) return;
+    ProgramBinary binary{0, std::vector<char>(static_cast<std::size_t>(length))};
+    gl.GetProgramBinary(begun.program.id(), length, &length, &binary.format, binary.bytes.data());
+    if (gl.GetError() != GL_NO_ERROR) return;
+    binary.bytes.resize(static_cast<std::size_t>(length));
+    keep_program(context.program_folder(), identity_of(context, begun), binary);
+}
+
+/// Asks for nothing that would wait for the compiler.
+Begun begin(Context& context, const ProgramSource& source, std::span<const ShaderFile> files) {
+    const Gl& gl = context.gl();
+    Begun begun{.name = name_of(source), .texts = {}, .shaders = {}, .program = {}};
+    begun.program = Program(gl, gl.CreateProgram(), begun.name);
+    for (const std::string& file : source.files) begun.texts.push_back(assemble(file, source.defines, files));
+    if (take_kept(context, begun)) return begun;
+    begun.program = Program(gl, gl.CreateProgram(), begun.name);  // what failed to load is used up
+    gl.ProgramParameteri(begun.program.id(), GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
+    for (std::size_t i = 0; i < source.files.size(); ++i) {
+        Shader& shader = begun.shaders.emplace_back(gl, gl.CreateShader(stage_of(source.files[i])), source.files[i]);
+        const GLchar* text = begun.texts[i].text.data();
+        const auto length = static_cast<GLint>(begun.texts[i].text.size());
+        gl.ShaderSource(shader.id(), 1, &text, &length);
+        gl.CompileShader(shader.id());
+        gl.AttachShader(begun.program.id(), shader.id());
+    }
+    gl.LinkProgram(begun.program.id());
+    return begun;
+}
+
+void check_compiled(Context& context, const Shader& shader, const ShaderText& text) {
+    const Gl& gl = context.gl();
     GLint compiled = GL_FALSE;
     gl.GetShaderiv(shader.id(), GL_COMPILE_STATUS, &compiled);
-    if (compiled == GL_TRUE) return shader;
-    const std::string log = log_of(shader.id(), gl.GetShaderiv, gl.GetShaderInfoLog);
-    throw Error(
-        "shader " + file + " does not compile on " + context.device().renderer + ":\n" + named_log(log, source.files),
-        ErrorKind::unavailable);
+    if (compiled == GL_TRUE) return;
+    throw Error("shader " + text.files.front() + " does not compile on " + context.device().renderer + ":\n" +
+                    named_log(log_of(shader.id(), gl.GetShaderiv, gl.GetShaderInfoLog), text.files),
+                ErrorKind::unavailable);
+}
+
+void finish(Context& context, Begun begun) {
+    for (std::size_t i = 0; i < begun.shaders.size(); ++i) {
+        check_compiled(context, begun.shaders[i], begun.texts[i]);
+    }
+    const Gl& gl = context.gl();
+    if (!is_linked(context, begun.program)) {
+        throw Error("shaders " + begun.name + " do not link on " + context.device().renderer + ":\n" +
+                        log_of(begun.program.id(), gl.GetProgramiv, gl.GetProgramInfoLog),
+                    ErrorKind::unavailable);
+    }
+    context.check("compiling " + begun.name);
+    if (!begun.shaders.empty()) keep(context, begun);
+    context.programs().emplace(std::move(begun.name), std::move(begun.program));
 }
 
 }  // namespace
@@ -111,28 +197,19 @@ std::string named_log(std::string_view log, const std::vector<std::string>& file
     return out;
 }
 
-GLuint program(Context& context, const ProgramSource& source, std::span<const ShaderFile> files) {
-    std::string key;
-    for (const std::string& file : source.files) key += (key.empty() ? "" : "+") + file;
-    for (const Define& define : source.defines) key += " " + define.name + "=" + std::to_string(define.value);
-    if (const auto made = context.programs().find(key); made != context.programs().end()) return made->second.id();
+void make_programs(Context& context, std::span<const ProgramSource> sources, std::span<const ShaderFile> files) {
+    std::vector<Begun> all;
+    for (const ProgramSource& source : sources) {
+        if (!context.programs().contains(name_of(source))) all.push_back(begin(context, source, files));
+    }
+    for (Begun& begun : all) finish(context, std::move(begun));
+}
 
-    const Gl& gl = context.gl();
-    Program made(gl, gl.CreateProgram(), key);
-    for (const std::string& file : source.files) {
-        const Shader shader = compile(context, file, assemble(file, source.defines, files));
-        gl.AttachShader(made.id(), shader.id());
-    }
-    gl.LinkProgram(made.id());
-    GLint linked = GL_FALSE;
-    gl.GetProgramiv(made.id(), GL_LINK_STATUS, &linked);
-    if (linked != GL_TRUE) {
-        throw Error("shaders " + key + " do not link on " + context.device().renderer + ":\n" +
-                        log_of(made.id(), gl.GetProgramiv, gl.GetProgramInfoLog),
-                    ErrorKind::unavailable);
-    }
-    context.check("compiling " + key);
-    return context.programs().emplace(key, std::move(made)).first->second.id();
+GLuint program(Context& context, const ProgramSource& source, std::span<const ShaderFile> files) {
+    const std::string name = name_of(source);
+    if (const auto made = context.programs().find(name); made != context.programs().end()) return made->second.id();
+    make_programs(context, {&source, 1}, files);
+    return context.programs().at(name).id();
 }
 
 }  // namespace raylign::detail::gl

@@ -39,5 +39,9 @@ struct ShaderText {
 /// driver's log where it does not compile. The context must be current.
 [[nodiscard]] GLuint program(Context& context, const ProgramSource& source,
                              std::span<const ShaderFile> files = shader_files());
+/// The same for several at once, which drivers compile side by side; from the context's program folder where they are
+/// kept there (program_cache.h).
+void make_programs(Context& context, std::span<const ProgramSource> sources,
+                   std::span<const ShaderFile> files = shader_files());
 
 }  // namespace raylign::detail::gl

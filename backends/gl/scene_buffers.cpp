@@ -35,16 +35,16 @@ std::vector<shared::vec4> taps_of(const Similarity& similarity) {
 SceneBuffers make_scene_buffers(Context& context, const ViewScene& scene, const VolumeTextures& volume) {
     const Eigen::Vector3i n = volume.box().size;
     const Eigen::Vector3d& mm = scene.grid.spacing_mm;
-    GLuint first_pixel = 0, most_pixels = 0, most_strips = 0;
+    GLuint first_pixel = 0, most_pixels = 0, most_blocks = 0;
     std::vector<shared::ViewData> views;
     for (const View& view : scene.views) {
         const auto width = static_cast<GLuint>(view.geometry.camera.size_px.x());
         const auto height = static_cast<GLuint>(view.geometry.camera.size_px.y());
-        const GLuint strips = width * ((height + kStripPx - 1) / kStripPx);
-        views.push_back({{width, height, first_pixel, strips}, {0.5F * (width - 1), 0.5F * (height - 1)}});
+        const GLuint blocks = blocks_of(view.geometry.camera.size_px);
+        views.push_back({{width, height, first_pixel, blocks}, {0.5F * (width - 1), 0.5F * (height - 1)}});
         first_pixel += width * height;
         most_pixels = std::max(most_pixels, width * height);
-        most_strips = std::max(most_strips, strips);
+        most_blocks = std::max(most_blocks, blocks);
     }
     const bool gradient = scene.similarity.metric == Metric::gc;
     const auto radius = static_cast<GLuint>(gradient ? scene.similarity.filter.radius_px : 0);
@@ -52,7 +52,7 @@ SceneBuffers make_scene_buffers(Context& context, const ViewScene& scene, const 
         {f(n.x()), f(n.y()), f(n.z()), f(trilinear_step_mm(scene.render, scene.grid))},
         {f(mm.x()), f(mm.y()), f(mm.z())},
         {f(volume.scale().scale_per_mm), f(volume.scale().zero)},
-        {most_pixels, most_strips, static_cast<GLuint>(channel_count(scene.similarity.metric)), radius}};
+        {most_pixels, most_blocks, static_cast<GLuint>(channel_count(scene.similarity.metric)), radius}};
     return {filled(context, "scene", std::vector{data}), filled(context, "filter taps", taps_of(scene.similarity)),
             filled(context, "views", views)};
 }
@@ -68,7 +68,7 @@ Buffer make_storage(Context& context, std::string_view label, std::size_t bytes,
     const std::size_t most = context.device().limits.storage_block_bytes;
     if (bytes <= most) {
         context.gl().NamedBufferStorage(buffer.id(), static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 16)), nullptr,
-                                        flags == 0 ? GL_DYNAMIC_STORAGE_BIT : flags);
+                                        flags);
     }
     if (bytes > most || !context.memory_sufficed("allocating " + std::string(label))) {
         throw Error(context.device().renderer + " has no memory for " + std::string(label) + ": " +

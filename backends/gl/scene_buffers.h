@@ -9,7 +9,8 @@
 
 namespace raylign::detail::gl {
 
-inline constexpr int kStripPx = 4;  ///< pixels of a strip (filter.glsl)
+inline constexpr int kStripPx = 4;           ///< pixels of a strip, rows of a block (filter.glsl, block_sums.glsl)
+inline constexpr int kBlockColumns_px = 64;  ///< columns of a block
 inline constexpr int kMostTaps = 2 * 64 + 1 + 2 * (kStripPx - 1);
 
 /// As in shaders/buffers.glsl.
@@ -39,9 +40,24 @@ struct ViewScene {
 [[nodiscard]] SceneBuffers make_scene_buffers(Context& context, const ViewScene& scene, const VolumeTextures& volume);
 void bind(const Gl& gl, const SceneBuffers& buffers);
 
-/// A buffer that can be written to from the host, or with the given flags. Throws Error, kind unavailable, with its
-/// size where memory does not suffice.
-[[nodiscard]] Buffer make_storage(Context& context, std::string_view label, std::size_t bytes, GLbitfield flags = 0);
+/// Work groups of `size` that cover `count`.
+[[nodiscard]] constexpr GLuint work_groups(int count, int size) {
+    return static_cast<GLuint>((count + size - 1) / size);
+}
+/// Blocks of pixels that an image's sums are taken of.
+[[nodiscard]] inline GLuint blocks_of(const Eigen::Vector2i& size_px) {
+    return work_groups(size_px.x(), kBlockColumns_px) * work_groups(size_px.y(), kStripPx);
+}
+
+/// A buffer that the host may write to by commands, or with the given flags; 0 leaves it to the device alone. Throws
+/// Error, kind unavailable, with its size where memory does not suffice.
+[[nodiscard]] Buffer make_storage(Context& context, std::string_view label, std::size_t bytes,
+                                  GLbitfield flags = GL_DYNAMIC_STORAGE_BIT);
+
+/// The define FILTER_BITS of volume.glsl.
+[[nodiscard]] inline int emulated_bits(const Context& context) {
+    return context.device().emulates_filter() ? context.device().filter_bits : 0;
+}
 
 /// Sums of the fixed channels alone, [view][channel], in double on the host; those with the moving image are 0.
 [[nodiscard]] std::vector<MomentSums> fixed_sums(const std::vector<FixedChannels>& fixed);

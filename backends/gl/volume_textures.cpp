@@ -174,7 +174,7 @@ void VolumeTextures::need(Layout layout) {
     gl.BindTextureUnit(0, id(from));
     gl.BindImageTexture(0, id(layout), 0, GL_TRUE, 0, GL_WRITE_ONLY, storage_ == Storage::int16 ? GL_R16 : GL_R32F);
     gl.DispatchCompute((n.x() + 7) / 8, (n.y() + 7) / 8, n.z());
-    gl.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    gl.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);  // read by shaders and copies
     context_.check("laying out the volume");
 }
 

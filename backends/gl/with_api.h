@@ -11,6 +11,7 @@
 //   context          a headless 4.5 core context; `Current` makes it current for a while; errors become Error
 //   devices          the list that `raylign info` shows, and the choice by index or name
 //   handles          OpenGL objects: move-only, labelled
+//   program_cache    linked programs from run to run, in the user's cache folder
 //   programs         shaders/ (put into the program by CMake), #include, errors with file and line
 //   shared           structs that shaders and host share, from one file
 //   frame_data       fills them from RayFrames, in double

@@ -21,12 +21,6 @@ inline constexpr double kInt16ImageShare = 1.5e-5;
 /// the same fraction; and the float sums.
 inline constexpr double kInt16FractionShare = 0x1p-15 + 1e-6;
 
-/// Texture units of GPUs interpolate with 8-bit fractions: 2^-9 of the step between two voxels each way. Images, as a
-/// share of their maximum, costs, and final poses [mm mTRE].
-inline constexpr double kFilterBitsShare = 5e-4;
-inline constexpr double kFilterBitsCost = 1e-3;
-inline constexpr double kFilterBitsPoseMtre_mm = 0.05;
-
 /// The same on the small scene of 5 mm voxels, whose valley is so flat that the float rounding of the costs (1e-8)
 /// moves its floor: Gauss-Newton ends 0.000 to 0.020 mm apart, by seed and backend. A hundredth of a voxel.
 inline constexpr double kCoarsePoseMtre_mm = 0.05;
@@ -36,9 +30,10 @@ inline constexpr double kCoarsePoseMtre_mm = 0.05;
 /// voxel.
 inline constexpr double kSteepestPoseMtre_mm = 0.6;
 
-/// Minimum of a sweep [mm or degrees]: sums in double, and sums that travel as floats (20 bytes a channel, as in the
+/// Minimum of a sweep [mm or degrees]: sums in double (as `compare` allows floats; 1.3e-3 where a driver divides by the
+/// reciprocal), and sums that travel as floats (20 bytes a channel, as in the
 /// paper), whose rounding of 6e-8 shows in the flattest directions.
-inline constexpr double kSweepMinimum = 1e-3;
+inline constexpr double kSweepMinimum = 2e-3;
 inline constexpr double kSweepMinimumOfFloatSums = 2e-2;
 
 // Accuracy that has been reached, so that a tenfold loss fails long before a test's bound on success: three times the

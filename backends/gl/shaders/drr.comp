@@ -1,8 +1,8 @@
 #version 450
 // Casts one ray a pixel. In: frames (and their derivatives), the volume. Out: images: the DRR and, with DERIVATIVES, its six
-// derivatives with respect to the pose. Work group: a tile of TILE_X x TILE_Y pixels, z = frame in work.
+// derivatives with respect to the pose. Work group: a tile of 8 x 8 pixels, PARTS invocations a ray, z = frame in work.
 
-layout(local_size_x = TILE_X, local_size_y = TILE_Y) in;
+layout(local_size_x = 8, local_size_y = 8, local_size_z = PARTS) in;
 
 #include "buffers.glsl"
 #include "volume.glsl"
@@ -29,16 +29,37 @@ float derivative_of(RaySums sums, Ray ray, ParameterData p, vec2 from_centre_px,
     return derivative;
 }
 
+#if PARTS > 1
+const uint kTile = 64;
+shared RaySums others[(PARTS - 1) * kTile];
+#endif
+
+/// The sums of all segments, in the tile's first layer of invocations. To be called by all.
+RaySums march_in_parts(Ray ray) {
+#if PARTS == 1
+    return march(ray, 0, 1);
+#else
+    const uint pixel = gl_LocalInvocationID.y * 8 + gl_LocalInvocationID.x, part = gl_LocalInvocationID.z;
+    RaySums sums = march(ray, int(part), PARTS);
+    if (part > 0) others[(part - 1) * kTile + pixel] = sums;
+    barrier();
+    if (part == 0) {
+        for (uint i = 0; i < PARTS - 1; ++i) sums = plus(sums, others[i * kTile + pixel]);
+    }
+    return sums;
+#endif
+}
+
 void main() {
     const uint frame = first_frame + gl_WorkGroupID.z;
     const ViewData view = views[frames[frame].view.x];
     const uvec2 px = gl_GlobalInvocationID.xy + uvec2(0, first_row);
-    if (px.x >= view.size_px.x || px.y >= view.size_px.y) return;
-    const vec2 from_centre_px = vec2(px) - view.centre_px.xy;
+    // Those outside of the image march, too, along its border's rays: a barrier waits for all.
+    const vec2 from_centre_px = vec2(min(px, view.size_px.xy - 1)) - view.centre_px.xy;
     const Ray ray = ray_of(frames[frame], from_centre_px);
-    float length_mm;
-    const RaySums sums = march(ray, length_mm);
-    const float unit = length_mm * scene.texel.x;
+    const RaySums sums = march_in_parts(ray);
+    if (any(greaterThanEqual(px, view.size_px.xy)) || gl_LocalInvocationID.z > 0) return;
+    const float unit = length_per_sample_mm(ray) * scene.texel.x;
     uint at = gl_WorkGroupID.z * (DERIVATIVES * kParameters + 1) * scene.counts.x + px.y * view.size_px.x + px.x;
     const float line_integral = unit * sums.value, ceiling = uintBitsToFloat(frames[frame].view.y);
     images[at] = min(line_integral, ceiling);

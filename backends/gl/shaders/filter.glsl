@@ -1,32 +1,16 @@
 // Second pass of the gradient filter, down the columns, in strips of four pixels: x = dI/dx, y = dI/dy.
 
-/// Four pixels of a column from (x, y) down: of channel 0 and 1. `image`: in work. Without GRADIENT: the image itself.
-void strip_of(uint image, ivec2 at, ivec2 size, out vec4 channel_0, out vec4 channel_1) {
-    const uint first = image * scene.counts.x + at.x;
-    channel_0 = vec4(0);
-    channel_1 = vec4(0);
-#if GRADIENT
-    const int radius = int(scene.counts.w);
-    for (int k = -radius; k < radius + 4; ++k) {  // borders repeat the nearest pixel
-        const vec2 value = rows[first + clamp(at.y + k, 0, size.y - 1) * size.x];
-        const int tap = k + radius + 3;
-        const vec4 a = taps[tap], b = taps[tap - 1], c = taps[tap - 2], d = taps[tap - 3];
-        channel_0 += value.x * vec4(a.x, b.x, c.x, d.x);
-        channel_1 += value.y * vec4(a.y, b.y, c.y, d.y);
-    }
-#else
-    for (int i = 0; i < 4 && at.y + i < size.y; ++i) channel_0[i] = images[first + (at.y + i) * size.x];
-#endif
-}
+layout(location = 4) uniform uint smoothed_rows;  // where those begin in rows
 
-/// One channel only, 0 or 1, of four pixels of a column.
+/// Four pixels of a column from (x, y) down, of channel 0 or 1. `image`: in work. Without GRADIENT: the image itself.
 vec4 strip_of(uint image, ivec2 at, ivec2 size, int channel) {
     const uint first = image * scene.counts.x + at.x;
     vec4 strip = vec4(0);
 #if GRADIENT
+    const uint row = first + channel * smoothed_rows;
     const int radius = int(scene.counts.w);
-    for (int k = -radius; k < radius + 4; ++k) {
-        const float value = rows[first + clamp(at.y + k, 0, size.y - 1) * size.x][channel];
+    for (int k = -radius; k < radius + 4; ++k) {  // borders repeat the nearest pixel
+        const float value = rows[row + clamp(at.y + k, 0, size.y - 1) * size.x];
         const int tap = k + radius + 3;
         strip += value * vec4(taps[tap][channel], taps[tap - 1][channel], taps[tap - 2][channel], taps[tap - 3][channel]);
     }

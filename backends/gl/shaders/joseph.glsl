@@ -12,7 +12,8 @@ int dominant_axis(vec3 ray) {
 struct Planes {
     vec2 at;      // in-plane position at plane `start`, which need not be whole
     vec2 slope;   // in-plane, per plane
-    float start, depth_per_plane, first, last;
+    float start, depth_per_plane;
+    int first, end;
 };
 
 Planes planes_of(Ray ray, int axis) {
@@ -25,27 +26,26 @@ Planes planes_of(Ray ray, int axis) {
     p.depth_per_plane = 1 / along;
     // Strictly between source and detector.
     const float source = p.start - ray.depth * along, detector = p.start + ray.to_detector * along;
-    p.first = max(0, floor(min(source, detector)) + 1);
-    p.last = min(scene.volume_size[axis] - 1, ceil(max(source, detector)) - 1);
-    float first = p.first - p.start, last = p.last - p.start;
+    const float lowest = max(0, floor(min(source, detector)) + 1);
+    const float highest = min(scene.volume_size[axis] - 1, ceil(max(source, detector)) - 1);
+    float first = lowest - p.start, last = highest - p.start;
     clip(p.at.x, p.slope.x, scene.volume_size[others.x], first, last);
     clip(p.at.y, p.slope.y, scene.volume_size[others.y], first, last);
     // Rounding must not lose a plane: those outside bring nothing.
-    p.first = max(p.first, floor(first + p.start));
-    p.last = min(p.last, ceil(last + p.start));
+    p.first = int(max(lowest, floor(first + p.start)));
+    p.end = max(p.first, int(min(highest, ceil(last + p.start))) + 1);
     return p;
 }
 
-/// Adds up the samples of one axis' layers. Rays of other axes have no planes here.
+/// Adds up the samples of some of one axis' layers.
 void march_layers(sampler2DArray layers, Planes p, inout float value, inout vec2 g0, inout vec2 g1) {
-    for (float plane = p.first; plane <= p.last; plane += 1) {
-        const float from_start = plane - p.start;
+    for (int plane = p.first; plane < p.end; ++plane) {
+        const float from_start = float(plane) - p.start;
         const vec2 y = p.at + from_start * p.slope;
+        // Where the four voxels are read anyway for their slopes, the value comes from them, too.
 #if EXACT || DERIVATIVES
         const vec2 base = floor(y);
         const vec4 c = corners(layers, base, plane);
-#endif
-#if EXACT
         value += bilinear(c, y - base);
 #else
         value += filtered(layers, y, plane);
@@ -58,21 +58,38 @@ void march_layers(sampler2DArray layers, Planes p, inout float value, inout vec2
     }
 }
 
+Planes segment_of(Planes p, int segment) {
+    const int most = (p.end - p.first + kSegments - 1) / kSegments, first = p.first + segment * most;
+    p.end = min(first + most, p.end);
+    p.first = first;
+    return p;
+}
+
 /// The component of g0 and g1 along the axis stays 0: it cancels from the derivative of a sample in its plane.
-RaySums march(Ray ray, out float length_mm) {
-    const int axis = dominant_axis(ray.direction);
-    Planes p = planes_of(ray, axis);
-    const float last = p.last;
+RaySums march_segment(Planes p, int axis) {
     float value = 0;
     vec2 g0 = vec2(0), g1 = vec2(0);
-    p.last = axis == 0 ? last : -1;
+    const int end = p.end;  // rays of other axes have no planes here
+    p.end = axis == 0 ? end : p.first;
     march_layers(layers_x, p, value, g0, g1);
-    p.last = axis == 1 ? last : -1;
+    p.end = axis == 1 ? end : p.first;
     march_layers(layers_y, p, value, g0, g1);
-    p.last = axis == 2 ? last : -1;
+    p.end = axis == 2 ? end : p.first;
     march_layers(layers_z, p, value, g0, g1);
-    length_mm = abs(p.depth_per_plane) * length(scene.spacing_mm.xyz * ray.direction);
     const vec3 h0 = axis == 0 ? vec3(0, g0) : axis == 1 ? vec3(g0.x, 0, g0.y) : vec3(g0, 0);
     const vec3 h1 = axis == 0 ? vec3(0, g1) : axis == 1 ? vec3(g1.x, 0, g1.y) : vec3(g1, 0);
     return RaySums(value, h0, h1);
+}
+
+/// Every `parts`-th segment from `part` on.
+RaySums march(Ray ray, int part, int parts) {
+    const int axis = dominant_axis(ray.direction);
+    const Planes p = planes_of(ray, axis);
+    RaySums sums = march_segment(segment_of(p, part), axis);
+    for (int i = part + parts; i < kSegments; i += parts) sums = plus(sums, march_segment(segment_of(p, i), axis));
+    return sums;
+}
+
+float length_per_sample_mm(Ray ray) {
+    return abs(1 / ray.direction[dominant_axis(ray.direction)]) * length(scene.spacing_mm.xyz * ray.direction);
 }

@@ -13,6 +13,11 @@ struct RaySums {
     vec3 g0, g1;
 };
 
+/// Each ray is summed in this many segments, first to last; invocations of a work group may share them out.
+const int kSegments = 4;
+
+RaySums plus(RaySums a, RaySums b) { return RaySums(a.value + b.value, a.g0 + b.g0, a.g1 + b.g1); }
+
 Ray ray_of(FrameData frame, vec2 from_centre_px) {
     const vec3 turn = from_centre_px.x * frame.step_u_voxel.xyz + from_centre_px.y * frame.step_v_voxel.xyz;
     return Ray(frame.position_voxel.xyz + frame.position_voxel.w * turn, frame.direction_voxel.xyz + turn,

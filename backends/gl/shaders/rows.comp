@@ -8,6 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(location = 0) uniform uint first_frame;
 layout(location = 2) uniform uint images_per_frame;
+layout(location = 4) uniform uint smoothed_rows;  // where they begin
 
 void main() {
     const uint image = gl_WorkGroupID.z;
@@ -24,5 +25,8 @@ void main() {
         smoothed += value * vec4(a.x, b.x, c.x, d.x);
         derivative += value * vec4(a.y, b.y, c.y, d.y);
     }
-    for (int i = 0; i < 4 && at.x + i < size.x; ++i) rows[row + at.x + i] = vec2(derivative[i], smoothed[i]);
+    for (int i = 0; i < 4 && at.x + i < size.x; ++i) {
+        rows[row + at.x + i] = derivative[i];
+        rows[smoothed_rows + row + at.x + i] = smoothed[i];
+    }
 }

@@ -22,7 +22,7 @@ struct DerivativeData {
 };
 
 struct ViewData {
-    uvec4 size_px;    // width, height, first pixel of its fixed image, strips (columns of four pixels)
+    uvec4 size_px;    // width, height, first pixel of its fixed image, blocks (of 64 x 4 pixels)
     vec4 centre_px;   // xy
 };
 
@@ -30,5 +30,5 @@ struct SceneData {
     vec4 volume_size;  // xyz: voxels; w: step of trilinear [mm]
     vec4 spacing_mm;   // xyz
     vec4 texel;        // x: attenuation [1/mm] per texel unit, y: texel value of attenuation 0
-    uvec4 counts;      // floats from image to image, strips from sum to sum, channels, radius of the filter
+    uvec4 counts;      // floats from image to image, blocks from sum to sum, channels, radius of the filter
 };

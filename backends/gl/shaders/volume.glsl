@@ -17,14 +17,6 @@ float bilinear(vec4 c, vec2 f) { return mix(mix(c.w, c.z, f.x), mix(c.x, c.y, f.
 /// Slopes of the bilinear interpolant along both axes of the layer.
 vec2 slopes(vec4 c, vec2 f) { return vec2(mix(c.z - c.w, c.y - c.x, f.y), mix(c.x - c.w, c.y - c.z, f.x)); }
 
-/// The value at a point of a layer, by the texture unit (8-bit fractions on GPUs).
-float filtered(sampler2DArray layers, vec2 y, float layer) {
-    return texture(layers, vec3((y + 0.5) / vec2(textureSize(layers, 0).xy), layer)).r - scene.texel.y;
-}
-
-/// The same anywhere in the volume.
-float filtered_box(vec3 y) { return texture(box, (y + 0.5) / scene.volume_size.xyz).r - scene.texel.y; }
-
 /// Corners in layers_z, which have no border along their own axis.
 vec4 corners_z(vec2 base, float layer) {
     const vec4 c = corners(layers_z, base, layer);
@@ -39,3 +31,25 @@ vec4 gradient_and_value(vec3 y) {
     const float a = bilinear(low, f.xy), b = bilinear(high, f.xy);
     return vec4(mix(slopes(low, f.xy), slopes(high, f.xy), f.z), b - a, mix(a, b, f.z));
 }
+
+#if FILTER_BITS > 0
+// As the texture units of GPUs filter, in the shader, where software OpenGL stands for one in a test.
+vec2 fractions(vec2 f) { return floor(exp2(FILTER_BITS) * f + 0.5) / exp2(FILTER_BITS); }
+float filtered(sampler2DArray layers, vec2 y, float layer) {
+    const vec2 base = floor(y);
+    return bilinear(corners(layers, base, layer), fractions(y - base));
+}
+float filtered_box(vec3 y) {
+    const vec3 base = floor(y);
+    const vec2 f = fractions(y.xy - base.xy);
+    const float low = bilinear(corners_z(base.xy, base.z), f), high = bilinear(corners_z(base.xy, base.z + 1), f);
+    return mix(low, high, fractions(vec2(y.z - base.z)).x);
+}
+#else
+/// The value at a point of a layer, by the texture unit (8-bit fractions on GPUs).
+float filtered(sampler2DArray layers, vec2 y, float layer) {
+    return texture(layers, vec3((y + 0.5) / vec2(textureSize(layers, 0).xy), layer)).r - scene.texel.y;
+}
+/// The same anywhere in the volume.
+float filtered_box(vec3 y) { return texture(box, (y + 0.5) / scene.volume_size.xyz).r - scene.texel.y; }
+#endif

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/validation/tolerances.h"
 #include "gl_scenes.h"
 #include "tests/support/image_compare.h"
 #include "tests/support/tolerances.h"
@@ -31,7 +32,7 @@ protected:
     }
     /// What this case may be off, as a share of the image's maximum.
     [[nodiscard]] double share() const {
-        if (!GetParam().exact && !context_->device().software) return test::kFilterBitsShare;
+        if (!GetParam().exact && context_->device().filter_bits > 0) return kFilterBitsShare;
         return GetParam().storage == Storage::int16 ? test::kInt16ImageShare : test::kFloatImageShare;
     }
 
@@ -53,9 +54,9 @@ TEST_P(GlAccuracy, ImagesAreThoseOfTheReference) {
 TEST_P(GlAccuracy, CostsAreThoseOfTheReference) {
     const auto poses = spine_.poses(4);
     const auto ours = test::costs(*session_, poses), theirs = test::costs(*oracle_, poses);
-    const bool filter_bits = !GetParam().exact && !context_->device().software;
+    const bool filter_bits = !GetParam().exact && context_->device().filter_bits > 0;
     for (std::size_t i = 0; i < poses.size(); ++i) {
-        EXPECT_NEAR(ours[i], theirs[i], filter_bits ? test::kFilterBitsCost : test::kCost);
+        EXPECT_NEAR(ours[i], theirs[i], filter_bits ? kFilterBitsCost : test::kCost);
     }
 }
 
@@ -84,10 +85,10 @@ TEST_P(GlAccuracy, NewWeightsCountAtOnce) {
     session_->set_weights(weights);
     oracle_->set_weights(weights);
     const auto ours = test::costs(*session_, poses), theirs = test::costs(*oracle_, poses);
-    const bool filter_bits = !GetParam().exact && !context_->device().software;
+    const bool filter_bits = !GetParam().exact && context_->device().filter_bits > 0;
     for (std::size_t i = 0; i < poses.size(); ++i) {
         EXPECT_NE(ours[i], before[i]);
-        EXPECT_NEAR(ours[i], theirs[i], filter_bits ? test::kFilterBitsCost : test::kCost);
+        EXPECT_NEAR(ours[i], theirs[i], filter_bits ? kFilterBitsCost : test::kCost);
     }
 }
 

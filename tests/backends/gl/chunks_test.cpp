@@ -5,6 +5,8 @@
 
 #include "backends/gl/chunks.h"
 #include "gl_scenes.h"
+#include "tests/support/image_compare.h"
+#include "tests/support/tolerances.h"
 
 namespace raylign::detail::gl {
 namespace {
@@ -53,37 +55,43 @@ TEST(GlChunks, DoNotChangeABit) {
     }
 }
 
-TEST(GlTuning, WorkGroupShapesDoNotChangeABit) {
+TEST(GlChunks, InvocationsThatShareARayFindItsSums) {
     RAYLIGN_NEED_GL(api);
     const test::SpineScene spine;
     const auto poses = spine.poses(2);
-    std::vector<std::vector<double>> found;
-    for (const Tuning& tuning : {Tuning{8, 8, 42}, Tuning{32, 4, 6}, Tuning{16, 8, 1}}) {
-        const auto context = open_device(api, {});
-        context->tuning() = tuning;
-        context->tuning().fitted_samples = 1e300;  // as given, not fitted again
-        GlSession session(context, spine.scene(), {});
-        found.push_back(test::costs(session, poses));
-        EXPECT_EQ(context->tuning().tile_x, tuning.tile_x);
+    const auto context = open_device(api, {});
+    for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
+        GlSession alone(context, spine.scene(projector), {.parts = 1});
+        std::vector<Linearization> expected(poses.size()), found(poses.size());
+        alone.linearize(poses, {1, 2, 3}, expected);
+        for (const int parts : {2, 4}) {
+            GlSession shared(context, spine.scene(projector), {.parts = parts});
+            EXPECT_TRUE(
+                test::images_near(shared.render(poses[1], 1), alone.render(poses[1], 1), test::kFloatImageShare))
+                << parts;
+            shared.linearize(poses, {1, 2, 3}, found);
+            for (std::size_t i = 0; i < poses.size(); ++i) {
+                EXPECT_NEAR(found[i].cost, expected[i].cost, test::kCost) << parts;
+                EXPECT_LT((found[i].gradient - expected[i].gradient).norm(), 1e-4 * expected[i].gradient.norm())
+                    << parts << ": float sums of the same segments";
+            }
+        }
     }
-    EXPECT_EQ(found[1], found[0]);
-    EXPECT_EQ(found[2], found[0]);
 }
 
-TEST(GlTuning, IsFittedByTheFirstSessionAndAgainForMuchLargerScenes) {
+TEST(GlRate, IsLearnedFromWhatWasCast) {
     RAYLIGN_NEED_GL(api);
-    const test::SpineScene small, large(48, 65);
+    const test::SpineScene spine(48, 65);
     const auto context = open_device(api, {});
-    GlSession first(context, small.scene(), {});
-    (void)test::costs(first, small.poses(1));
-    const double fitted = context->tuning().fitted_samples;
-    EXPECT_GT(fitted, 0);
-    EXPECT_GT(context->tuning().samples_per_ms, 0);
-    (void)test::costs(first, small.poses(2));
-    EXPECT_EQ(context->tuning().fitted_samples, fitted);
-    GlSession second(context, large.scene(), {});
-    (void)test::costs(second, large.poses(1));
-    EXPECT_GT(context->tuning().fitted_samples, 4 * fitted);
+    const double guess = context->samples_per_ms();
+    GlSession session(context, spine.scene(), {});
+    (void)test::costs(session, spine.poses(2));
+    const double learned = context->samples_per_ms();
+    EXPECT_NE(learned, guess);
+    context->observe_samples_per_ms(learned / 1000);
+    EXPECT_GT(context->samples_per_ms(), learned / 2) << "one slow image is not believed";
+    for (int i = 0; i < 100; ++i) context->observe_samples_per_ms(learned / 1000);
+    EXPECT_EQ(context->samples_per_ms(), learned / 1000) << "many are";
 }
 
 }  // namespace

@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
+#include <fstream>
 
 #include "backends/gl/programs.h"
 #include "core/base/error.h"
 #include "gl_scenes.h"
+#include "tests/support/test_folder.h"
 
 namespace raylign::detail::gl {
 namespace {
@@ -51,7 +54,9 @@ TEST(GlPrograms, AnErrorIsShownWithFileAndLine) {
         const std::string message = error.what();
         EXPECT_EQ(error.kind(), ErrorKind::unavailable);
         EXPECT_NE(message.find("shader main.comp"), std::string::npos) << message;
-        EXPECT_NE(message.find("part.glsl:2"), std::string::npos) << message;
+        const bool is_placed =
+            message.find("part.glsl:2") != message.npos || message.find("part.glsl(2") != message.npos;
+        EXPECT_TRUE(is_placed) << message;  // Mesa and Intel, NVIDIA
     }
 }
 
@@ -63,6 +68,92 @@ TEST(GlPrograms, AreCompiledOnce) {
     const GLuint first = program(*context, source);
     EXPECT_EQ(program(*context, source), first);
     EXPECT_NE(program(*context, {{"rows.comp"}, {{"MAX_TAPS", 136}}}), first);
+}
+
+TEST(GlPrograms, SeveralAreMadeAtOnce) {
+    RAYLIGN_NEED_GL(api);
+    static int compiled_before_first_question = 0;
+    static bool asked = false;
+    static decltype(api.gl.LinkProgram) real_link = nullptr;
+    static decltype(api.gl.GetProgramiv) real_get = nullptr;
+    compiled_before_first_question = 0;
+    asked = false;
+    real_link = api.gl.LinkProgram;
+    real_get = api.gl.GetProgramiv;
+    api.gl.LinkProgram = [](GLuint id) {
+        compiled_before_first_question += asked ? 0 : 1;
+        real_link(id);
+    };
+    api.gl.GetProgramiv = [](GLuint id, GLenum name, GLint* value) {
+        asked = true;
+        real_get(id, name, value);
+    };
+    const auto context = open_device(api, {});
+    const Current current(*context);
+    const std::array<ProgramSource, 3> sources = {{{{"rows.comp"}, {{"MAX_TAPS", 135}}},
+                                                   {{"total.comp"}, {{"MAX_TAPS", 135}}},
+                                                   {{"moments.comp"}, {{"GRADIENT", 1}, {"MAX_TAPS", 135}}}}};
+    make_programs(*context, sources);
+    EXPECT_EQ(compiled_before_first_question, 3) << "a question waits for the compiler";
+    EXPECT_EQ(context->programs().size(), 3u);
+}
+
+class KeptPrograms : public testing::Test {
+protected:
+    /// Compiles a program in a new context, as a new process would.
+    void make() {
+        const auto context = open_device(api, {});
+        const Current current(*context);
+        context->keep_programs_in(folder.path("programs"));
+        (void)program(*context, {{"rows.comp"}, {{"MAX_TAPS", 135}}});
+    }
+    /// Shaders compiled by make().
+    int compiled_by_make() {
+        static int count = 0;
+        static decltype(api.gl.CompileShader) real = nullptr;
+        count = 0;
+        const auto compile = api.gl.CompileShader;
+        real = compile;
+        api.gl.CompileShader = [](GLuint id) {
+            ++count;
+            real(id);
+        };
+        make();
+        api.gl.CompileShader = compile;
+        return count;
+    }
+
+    Api api;
+    test::TestFolder folder;
+};
+
+TEST_F(KeptPrograms, AreNotCompiledAgain) {
+    RAYLIGN_NEED_GL(loaded);
+    api = loaded;
+    ASSERT_EQ(compiled_by_make(), 1);
+    if (!std::filesystem::exists(folder.path("programs"))) GTEST_SKIP() << "this driver gives no binaries";
+    EXPECT_EQ(compiled_by_make(), 0);
+    for (const auto& file : std::filesystem::directory_iterator(folder.path("programs"))) {
+        std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+    }
+    EXPECT_EQ(compiled_by_make(), 1) << "a damaged file is made anew";
+    EXPECT_EQ(compiled_by_make(), 0);
+}
+
+TEST_F(KeptPrograms, ADriverThatRefusesItsBinaryCompiles) {
+    RAYLIGN_NEED_GL(loaded);
+    api = loaded;
+    ASSERT_EQ(compiled_by_make(), 1);
+    api.gl.ProgramBinary = [](GLuint, GLenum, const void*, GLsizei) {};
+    EXPECT_EQ(compiled_by_make(), 1);
+}
+
+TEST_F(KeptPrograms, AFolderThatCannotBeWrittenIsNoError) {
+    RAYLIGN_NEED_GL(loaded);
+    api = loaded;
+    std::ofstream(folder.path("programs")) << "a file where the folder should be";
+    EXPECT_EQ(compiled_by_make(), 1);
+    EXPECT_EQ(compiled_by_make(), 1);
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ struct Scene32 {
     Volume volume = test::spine_volume(32);
     RigidTransform truth = test::oblique_pose();
     std::vector<View> views = test::with_exact_images(test::biplane_views(48), spine_phantom({160, 160, 160}), truth);
-    std::unique_ptr<Backend> backend = create_backend("auto").backend;
+    std::unique_ptr<Backend> backend = create_backend("cpu").backend;
     std::unique_ptr<Session> session = backend->prepare({volume, views, {}, {Metric::gc, {1.5, 5}}});
     ObjectExtent extent = object_extent(volume);
     LevelProblem problem{.session = *session,
