@@ -40,7 +40,7 @@ std::vector<std::string> settle_saturation(const std::string& text, bool has_met
         }
         view.ceiling = found->ceiling;
         notes.push_back(view.name + ": saturates at a line integral of " + fixed(found->ceiling, 2) + " (" +
-                        fixed(100 * found->share, 1) + " % of the image are flat there): the DRR is cut at it");
+                        fixed(100 * found->share, 1) + " % of the image are flat there): so does the DRR");
     }
     return notes;
 }

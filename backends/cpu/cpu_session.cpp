@@ -37,17 +37,17 @@ JacobianSums jacobian_sums_of(const BandDerivativeSums& band) {
     return sums;
 }
 
-/// Cuts the tile's DRR at the ceiling, and its derivatives where it is cut. Pixels that nobody needs hold what was
-/// there before: cutting them harms nobody.
+/// What a detector that saturates shows of the tile's DRR, and of its derivatives. Pixels that nobody needs hold what
+/// was there before: that does no harm.
 void saturate(const CastJob& job, float ceiling) {
+    const Saturated air = saturated(0, ceiling);
     for (int y = job.y0; y < job.y1; ++y) {
         for (int x = job.x0; x < job.x1; ++x) {
             float* const pixel = job.image + y * job.image_stride + x;
-            for (int p = 1; job.derivatives != nullptr && p <= kParameters; ++p) {
-                float& slope = pixel[p * job.image_distance];
-                slope = saturated_slope(slope, *pixel, ceiling);
-            }
-            *pixel = saturated(*pixel, ceiling);
+            const Saturated shown = *pixel > 0 ? saturated(*pixel, ceiling) : air;
+            *pixel = shown.line_integral;
+            if (job.derivatives == nullptr) continue;
+            for (int p = 1; p <= kParameters; ++p) pixel[p * job.image_distance] *= shown.slope;
         }
     }
 }

@@ -173,7 +173,8 @@ protected:
                 const double length_mm = march(frame, frame.ray_voxel(u, v), [&](const Eigen::Vector3d& y, double) {
                     sum += interpolate(volume_, y);
                 });
-                drr(u, v) = saturated(static_cast<float>(sum * length_mm), static_cast<float>(frame.ceiling));
+                drr(u, v) =
+                    saturated(static_cast<float>(sum * length_mm), static_cast<float>(frame.ceiling)).line_integral;
             }
         }
         timing_.drr_s += seconds_since(start);
@@ -208,6 +209,8 @@ private:
                     g0 += gradient;
                     g1 += depth * gradient;
                 });
+                const float shown =
+                    saturated(static_cast<float>(sum * length_mm), static_cast<float>(frame.ceiling)).slope;
                 for (int p = 0; p < 6; ++p) {
                     const Eigen::Vector3d& ds = derivatives[p].source_voxel;
                     const Eigen::Vector3d dd = derivatives[p].ray_voxel(u, v);
@@ -218,9 +221,7 @@ private:
                         const int a = dominant_axis(ray);
                         derivative -= (g0.dot(ray) * ds[a] + g1.dot(ray) * dd[a] + sum * dd[a]) / ray[a];
                     }
-                    images[p](u, v) =
-                        saturated_slope(static_cast<float>(derivative * length_mm), static_cast<float>(sum * length_mm),
-                                        static_cast<float>(frame.ceiling));
+                    images[p](u, v) = shown * static_cast<float>(derivative * length_mm);
                 }
             }
         }

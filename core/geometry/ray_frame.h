@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -24,7 +26,7 @@ struct RayFrame {
     Eigen::Vector3d step_u_voxel;
     Eigen::Vector3d step_v_voxel;
     double depth_max_mm;                                       ///< infinite where the camera has no sdd
-    double ceiling = std::numeric_limits<double>::infinity();  ///< of the view's line integrals: see saturated()
+    double ceiling = std::numeric_limits<double>::infinity();  ///< of what is shown of line integrals: see saturated()
     std::uint32_t view;
     std::uint32_t pose;
 
@@ -34,12 +36,18 @@ struct RayFrame {
 };
 static_assert(sizeof(RayFrame) == 120, "RayFrame travels to devices as is");
 
-/// What a saturated detector shows of a line integral, min(I, ceiling), and of its derivative: nothing where it is cut.
-[[nodiscard]] inline float saturated(float line_integral, float ceiling) {
-    return line_integral < ceiling ? line_integral : ceiling;
-}
-[[nodiscard]] inline float saturated_slope(float derivative, float line_integral, float ceiling) {
-    return line_integral < ceiling ? derivative : 0;
+/// What a detector shows of a line integral I that never lets less than the share f = exp(-ceiling) of the open beam
+/// through (scatter, glare, the camera's black): -log(f + (1 - f) exp(-I)), and by how much that grows with I.
+struct Saturated {
+    float line_integral, slope;
+};
+
+/// With a = min(I, ceiling) and b the other one, a - log(1 + exp(a - b) - exp(-b)): nothing overflows, 0 stays 0, an
+/// infinite ceiling changes nothing and a far one no bit.
+[[nodiscard]] inline Saturated saturated(float line_integral, float ceiling) {
+    const float a = std::min(line_integral, ceiling), b = std::max(line_integral, ceiling);
+    const float none = std::exp(-b), rest = std::exp(a - b) - none;
+    return {a - std::log1p(rest), ((line_integral < ceiling ? 1 : std::exp(a - b)) - none) / (1 + rest)};
 }
 
 [[nodiscard]] RayFrame make_ray_frame(const VoxelGrid& grid, const ViewGeometry& view,

@@ -61,18 +61,21 @@ void main() {
     if (any(greaterThanEqual(px, view.size_px.xy)) || gl_LocalInvocationID.z > 0) return;
     const float unit = length_per_sample_mm(ray) * scene.texel.x;
     uint at = gl_WorkGroupID.z * (DERIVATIVES * kParameters + 1) * scene.counts.x + px.y * view.size_px.x + px.x;
+    // saturated() of core/geometry/ray_frame.h
     const float line_integral = unit * sums.value, ceiling = uintBitsToFloat(frames[frame].view.y);
-    images[at] = min(line_integral, ceiling);
+    const float a = min(line_integral, ceiling), b = max(line_integral, ceiling);
+    const float none = exp(-b), rest = exp(a - b) - none;
+    images[at] = a - log(1 + rest);
 #if DERIVATIVES
 #if JOSEPH
     const int axis = dominant_axis(ray.direction);
 #else
     const int axis = 0;
 #endif
+    const float shown = unit * ((line_integral < ceiling ? 1 : exp(a - b)) - none) / (1 + rest);
     for (uint i = 0; i < kParameters; ++i) {
         at += scene.counts.x;
-        const float slope = unit * derivative_of(sums, ray, derivatives[frame].parameters[i], from_centre_px, axis);
-        images[at] = line_integral < ceiling ? slope : 0;  // a saturated pixel stays as it is
+        images[at] = shown * derivative_of(sums, ray, derivatives[frame].parameters[i], from_centre_px, axis);
     }
 #endif
 }

@@ -15,7 +15,8 @@ struct View {
     Image image;             ///< line integrals (denser = larger); empty where there is none yet (drr, study)
     Image weights;           ///< 0 = ignore this pixel, 1 = use it; empty = all ones
     double cost_weight = 1;  ///< share of this view in the cost, relative to the other views'; positive
-    /// Where the detector saturates: a DRR's line integrals above look like this one. Positive; infinite = nowhere.
+    /// Where the detector saturates: it never shows more than this line integral c, and of a DRR's I what is left where
+    /// at least the share f = exp(-c) of the beam arrives, -log(f + (1 - f) exp(-I)). Positive; infinite = nowhere.
     double ceiling = std::numeric_limits<double>::infinity();
 };
 
