@@ -39,7 +39,9 @@ int print_topic(const std::string& name) {
 void add_help_command(CLI::App& app, Job& job) {
     const auto name = std::make_shared<std::string>();
     CLI::App& command = *app.add_subcommand("help", "Print the short form of a page of the manual");
-    command.add_option("topic", *name, "start, geometry, method, trust, files or limits; default: the list of topics")
+    command
+        .add_option("topic", *name,
+                    "start, geometry, method, trust, files, limits, bones or place; default: the list of topics")
         ->option_text("NAME");
     finish_command(command, "  raylign help\n  raylign help geometry");
     command.callback([name, &job] { job = [name](const Invocation&) { return print_topic(*name); }; });

@@ -12,7 +12,7 @@ import re
 import subprocess
 import sys
 
-TOPICS = {"start": "start", "geometry": "geometry", "method": "method", "trust": "trust", "files": "formats", "limits": "limits"}
+TOPICS = {"start": "start", "geometry": "geometry", "method": "method", "trust": "trust", "files": "formats", "limits": "limits", "bones": "bones", "place": "place"}
 MOST_LINES, WIDTH = 25, 100
 
 

@@ -69,11 +69,26 @@ export function ray_frame(volume: Volume, view: View, pose: mat4): RayFrame {
   };
 }
 
-export function corners_ct(volume: Volume): Vector[] {
+// Of the volume, and `margin` voxels around it.
+export function corners_ct(volume: Volume, margin = 0): Vector[] {
   return [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
-    const voxel = [0, 1, 2].map((axis) => (corner >> axis & 1 ? volume.size[axis] - 0.5 : -0.5) * volume.spacing_mm[axis]);
+    const voxel = [0, 1, 2].map((axis) => (corner >> axis & 1 ? volume.size[axis] - 0.5 + margin : -0.5 - margin) * volume.spacing_mm[axis]);
     return [0, 1, 2].map((row) => volume.origin_mm[row] + voxel.reduce((sum, x, axis) => sum + volume.direction[row][axis] * x, 0)) as Vector;
   });
+}
+
+export interface Box { x: number; y: number; width: number; height: number }
+
+// Pixels, `bin` of the image's to one, whose rays can meet the object; null where none can. All where it reaches behind the source.
+export function window_of(volume: Volume, view: View, pose: mat4, bin: number, size: number[]): Box | null {
+  const camera_from_ct = product(view.camera_from_world, pose), corners = corners_ct(volume, 0.5).map((corner) => moved_point(camera_from_ct, corner));
+  if (corners.every((corner) => corner[2] <= 0)) return null;
+  if (corners.some((corner) => corner[2] <= 0)) return { x: 0, y: 0, width: size[0], height: size[1] };
+  const pixels = corners.map((corner) => pixel_of(view, corner).map((p) => (p + 0.5) / bin - 0.5));
+  const inside = (p: number, axis: number) => Math.min(size[axis], Math.max(0, p));
+  const low = [0, 1].map((axis) => inside(Math.floor(Math.min(...pixels.map((p) => p[axis]))), axis));
+  const high = [0, 1].map((axis) => inside(Math.ceil(Math.max(...pixels.map((p) => p[axis]))) + 1, axis));
+  return high[0] > low[0] && high[1] > low[1] ? { x: low[0], y: low[1], width: high[0] - low[0], height: high[1] - low[1] } : null;
 }
 
 // Numbers to show and to type: where the object's centre is [mm], and R = R_z(c) R_y(b) R_x(a) [degrees].

@@ -25,6 +25,11 @@ function sum_of(drrs: Pixels[]): Pixels {
   return { ...drrs[0], values };
 }
 
+function is_in_sight(panel: HTMLCanvasElement): boolean {
+  const { top, bottom } = panel.getBoundingClientRect();
+  return bottom > 0 && top < innerHeight;
+}
+
 interface Cast { pose: mat4; halvings: number; drr: Pixels }
 
 export class Live {
@@ -39,6 +44,7 @@ export class Live {
   private asked = false;
   private rest = 0;
   private wanted_frame = 0;
+  private composed: unknown[][] = [];  // of each panel, what it was drawn from
   private pictures = new WeakMap<Ignored, HTMLCanvasElement>();  // of masks
   frame_ms = 0;                      // the last rough one
 
@@ -154,12 +160,21 @@ export class Live {
     });
   }
 
+  // Of panels, per CSS pixel: where DRRs have to be rough, panels are drawn more coarsely, too.
+  private get density(): number { return Math.min(2, devicePixelRatio) * (this.store.state.rough && this.coarse > 1 ? 0.5 : 1); }
+
+  // Panels that show something else than before. While something moves those out of sight wait.
   private compose_all(): void {
-    const { lens } = this.store.state;
+    const { state } = this.store;
     this.panels.forEach((panel, view) => {
-      if (!panel) return;
-      this.engine!.compose({ view, size_css: this.panel_size(view), density: Math.min(2, devicePixelRatio), image_from_panel: this.image_from_panel(view),
-        xray: this.xray_ranges[view], drr: this.drr_ranges[view], lens: lens?.view === view ? lens.at_css : null }, this.store.state, panel);
+      if (!panel || (state.rough && !is_in_sight(panel))) return;
+      const look = { view, size_css: this.panel_size(view), density: this.density, image_from_panel: this.image_from_panel(view),
+        xray: this.xray_ranges[view], drr: this.drr_ranges[view], lens: state.lens?.view === view ? state.lens.at_css : null };
+      const from = [panel, JSON.stringify([look, state.mode, state.share, state.xray_windows[view], state.drr_window]), ...this.engine!.sources(view),
+        state.slots, state.landmarks, state.marking, state.polygon, state.masks[view], state.frame, state.object];
+      if (this.composed[view]?.every((value, i) => value === from[i])) return;
+      this.composed[view] = from;
+      this.engine!.compose(look, state, panel);
       draw_marks(this, view, panel);
     });
   }

@@ -35,13 +35,14 @@ TEST_P(HelpTopic, IsTheFirstSectionOfItsPageOnOneScreen) {
 INSTANTIATE_TEST_SUITE_P(Topics, HelpTopic,
                          testing::Values(TopicOfPage{"start", "start.md"}, TopicOfPage{"geometry", "geometry.md"},
                                          TopicOfPage{"method", "method.md"}, TopicOfPage{"trust", "trust.md"},
-                                         TopicOfPage{"files", "formats.md"}, TopicOfPage{"limits", "limits.md"}),
+                                         TopicOfPage{"files", "formats.md"}, TopicOfPage{"limits", "limits.md"},
+                                         TopicOfPage{"bones", "bones.md"}, TopicOfPage{"place", "place.md"}),
                          [](const auto& named) { return std::string(named.param.topic); });
 
 TEST(HelpTopics, AreListed) {
     const ProgramResult result = run_raylign({"help"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_THAT(result.out, HasSubstr("  start\n  geometry\n  method\n  trust\n  files\n  limits\n"));
+    EXPECT_THAT(result.out, HasSubstr("  start\n  geometry\n  method\n  trust\n  files\n  limits\n  bones\n  place\n"));
 }
 
 TEST(HelpTopics, OneThatIsNotThereIsBadUsage) {
@@ -49,7 +50,7 @@ TEST(HelpTopics, OneThatIsNotThereIsBadUsage) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.out, "");
     EXPECT_THAT(result.err, HasSubstr("raylign help: topic = colour"));
-    EXPECT_THAT(result.err, HasSubstr("start, geometry, method, trust, files, limits"));
+    EXPECT_THAT(result.err, HasSubstr("start, geometry, method, trust, files, limits, bones, place"));
 }
 
 }  // namespace

@@ -128,6 +128,8 @@ async function check_planted(browser) {
     "axes of the volume swapped": swap("(voxel + 1.5) * texture_from_voxel", "((voxel + 1.5) * texture_from_voxel).yxz"),
     "volume mirrored": swap("(voxel + 1.5) * texture_from_voxel", "1.0 - (voxel + 1.5) * texture_from_voxel"),
     "volume half a voxel off": swap("(voxel + 1.5)", "(voxel + 1.0)"),
+    "leaps too far": swap("(free - 1.0)", "(free + 2.0)"),
+    "what there is counts as nothing": swap("free > 0.0 ?", "free >= 0.0 ?"),
     "skew the other way": in_data((view) => { view.intrinsics_px[0][1] *= -1; }),
     "principal point in the middle": in_data((view) => { view.intrinsics_px[0][2] = (view.size_px[0] - 1) / 2; view.intrinsics_px[1][2] = (view.size_px[1] - 1) / 2; }),
     "world for camera": in_data((view) => { view.camera_from_world = inverse(view.camera_from_world); }),
