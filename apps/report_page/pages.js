@@ -16,11 +16,13 @@ const sigmaAlong = (covariance, from, d) => Math.sqrt(Math.max(0, d.reduce((sum,
 
 function poseSection(report) {
   const end = report.world_from_ct, start = report.start_world_from_ct, turned = rotationVector(timesTransposed(turnOf(start), turnOf(end)));
-  const column = (c) => [0, 1, 2].map((r) => end[r][c]), known = report.covariance;
-  const rows = LPS.map((name, c) => ({ name, turned: turned[c], sigma_mm: known && sigmaAlong(known, 3, column(c)), sigma_deg: known && (sigmaAlong(known, 0, column(c)) * 180) / Math.PI }));
+  const column = (c) => [0, 1, 2].map((r) => end[r][c]), known = report.covariance, centre = data.viewer?.objects?.[0]?.centre_ct_mm;
+  const placed = (m) => [0, 1, 2].map((r) => m[r][3] + [0, 1, 2].reduce((sum, k) => sum + m[r][k] * centre[k], 0));
+  const by = centre && placed(end).map((x, r) => x - placed(start)[r]), along = (c) => by && column(c).reduce((sum, x, r) => sum + x * by[r], 0);
+  const rows = LPS.map((name, c) => ({ name, moved: along(c), turned: turned[c], sigma_mm: known && sigmaAlong(known, 3, column(c)), sigma_deg: known && (sigmaAlong(known, 0, column(c)) * 180) / Math.PI }));
   const views = known ? report.views.map((view) => ({ name: view.name, axes: view.camera_from_world.slice(0, 3).map((row) => sigmaAlong(known, 3, row.slice(0, 3))) })) : [];
-  section("Pose", "What the registration turned, and how sure it is (1 σ of chance), in the patient's directions." + (known ? "" : " How sure it is, is not told of a pose in doubt."),
-    table([{ name: "Direction", key: "name", text: true, show: String }, { name: "Turned about it since the start", key: "turned", show: degrees }, { name: "σ along it", key: "sigma_mm", show: mm }, { name: "σ about it", key: "sigma_deg", show: degrees }], rows),
+  section("Pose", "What the registration moved (the object's centre) and turned, and how sure it is (1 σ of chance), in the patient's directions." + (known ? "" : " How sure it is, is not told of a pose in doubt."),
+    table([{ name: "Direction", key: "name", text: true, show: String }, { name: "Moved along it since the start", key: "moved", show: mm }, { name: "Turned about it since the start", key: "turned", show: degrees }, { name: "σ along it", key: "sigma_mm", show: mm }, { name: "σ about it", key: "sigma_deg", show: degrees }], rows),
     views.length ? el("div", { class: "below" }, table([{ name: "As a view sees it", key: "name", text: true, show: String }, { name: "σ along its columns", value: (v) => v.axes[0], show: mm }, { name: "σ along its rows", value: (v) => v.axes[1], show: mm }, { name: "σ in depth", value: (v) => v.axes[2], show: mm }], views)) : null,
     el("details", { class: "below" }, el("summary", {}, "world_from_ct: maps points of the CT (LPS, mm) to the world of the views"),
       table([0, 1, 2, 3].map((c) => ({ name: c < 3 ? "xyz"[c] : "mm", value: (row) => row.r[c], show: (v) => v.toFixed(c < 3 ? 6 : 3) })), end.map((r) => ({ r })))));
@@ -47,15 +49,20 @@ function placeCommand(command, starts = (folder) => [`${folder}/pose.json`]) {
 const haveViewer = Boolean(data.viewer) && typeof globalThis.raylign_viewer === "function";
 function viewerSection(note) {
   if (!haveViewer) return;
-  const host = el("div", { id: "viewer-host" }), open = el("button", { type: "button", id: "open-viewer" }, "Open the live DRRs");
-  open.addEventListener("click", () => {
-    open.remove();
-    globalThis.raylign_viewer(host, data.viewer, data.viewer_style).catch((error) => { host.textContent = `The live DRRs cannot be shown: ${error.message}`; });
-  });
+  const host = el("div", { id: "viewer-host" }), open = el("button", { type: "button", id: "open-viewer", onclick: () => openViewer() }, "Open the live DRRs");
   section("Correct it by hand", note, el("div", { id: "viewer-section" }, open, host)).classList.add("on-screen");
 }
+// At a frame, of a track.
+let viewerOpened = null;
+function openViewer(frame) {
+  const host = document.getElementById("viewer-host");
+  document.getElementById("open-viewer")?.remove();
+  viewerOpened ??= globalThis.raylign_viewer(host, data.viewer, data.viewer_style);
+  viewerOpened.then(() => { if (frame !== undefined) globalThis.raylign.go_to(data.viewer.frames.findIndex((f) => f.number === frame)); })
+    .catch((error) => { host.textContent = `The live DRRs cannot be shown: ${error.message}`; });
+}
 function toViewer() {
-  return el("a", { href: "#viewer-section", onclick: () => document.getElementById("open-viewer")?.click() }, "Correct it by hand");
+  return el("a", { href: "#viewer-section", onclick: () => openViewer() }, "Correct it by hand");
 }
 
 function nextSteps(report) {
@@ -78,8 +85,8 @@ function registerCards(report) {
   }
   cards.push(["gradient correlation, start → result (1 = alike)", `${(1 - report.cost.initial).toFixed(3)} → ${(1 - report.cost.final).toFixed(3)}`]);
   if (report.content === "part") cards.push(["of what the X-ray shows, registered as", "a part"]);
-  if (report.search?.starts > 0) cards.push([`starts compared (search ${report.search.mode})`, number(report.search.starts)], ["of the refined ones, ended here", number(report.search.agreeing)], ["as good elsewhere", number(report.search.rivals.length)]);
-  cards.push(["time", seconds(report.time_s.total)]);
+  if (report.search?.refined > 0) cards.push(["of the other starts refined, ended at this pose", `${number(report.search.agreeing)} of ${number(report.search.refined)}`], ["other poses that fit as well", report.search.rivals.length ? number(report.search.rivals.length) : "none"]);
+  cards.push(["time in all", seconds(report.time_s.total)]);
   return cards;
 }
 
@@ -90,24 +97,25 @@ function registerPage({ report, images }) {
     overlays(images, report.views.map((view) => sidesOf(view.camera_from_world, report.world_from_ct))));
   viewerSection("Live DRRs over the X-rays, from a smaller copy of the CT that this page carries. What is moved here is saved as a start, and the page says how to go on from it.");
   poseSection(report);
+  const times = report.time_s, staged = STAGES.reduce((sum, [key]) => sum + (times[key] ?? 0), 0), others = { ...times, rest: Math.max(0, times.total - (times.load ?? 0) - staged) };
   const steps = report.history.map((h, i) => ({ ...h, step: i + 1 }));
   const levels = [...new Set(steps.map((s) => s.level))];
   const perLevel = levels.map((l) => ({ label: `level ${l + 1} of ${report.levels.length}`, i: l }));
   section("Convergence", "Cost and length of every accepted step, coarse to fine. Costs of different levels are those of different images.", charts(() => [
-    chart("Cost of every step", null, { x: { label: "accepted step", tickFormat: "d" }, y: { label: "cost (0 = perfect, 1 = unrelated)", grid: true, nice: true, tickFormat: (v) => number(v) },
+    chart("Cost of every step", null, { x: { label: "accepted step", tickFormat: "d" }, y: costAxis("cost (0 = perfect, 1 = unrelated)", steps.map((s) => s.cost)),
       marks: [...levels.map((l) => Plot.line(steps.filter((s) => s.level === l), { x: "step", y: "cost", stroke: colour(l), strokeDasharray: dash(l), strokeWidth: 2 })),
         Plot.dot(steps, { x: "step", y: "cost", fill: (s) => colour(s.level), r: 3, title: (s) => `level ${s.level + 1}, step ${s.iteration}: ${number(s.cost, 5)}` })] }, perLevel),
     chart("Length of every step", "how far the step moved the object's rim", { x: { label: "accepted step", tickFormat: "d" }, y: { label: "mm", ...spanAxis(steps.map((s) => s.step_mm)) },
       marks: [Plot.line(steps.filter((s) => s.step_mm > 0), { x: "step", y: "step_mm", stroke: colour(0), strokeWidth: 2 }),
         Plot.dot(steps.filter((s) => s.step_mm > 0), { x: "step", y: "step_mm", fill: (s) => colour(s.level), r: 3 })] }),
-    stageBars("Time", "where the time went", [{ label: report.backend.name, times: report.time_s }])]),
+    stageBars("Time", `where the ${seconds(times.total)} went`, [{ label: report.backend.name, times: others }], [["load", "reading files"], ...STAGES, ["rest", "search, checks, pictures"]])]),
     table([{ name: "Level", value: (l) => report.levels.indexOf(l) + 1 }, { name: "Volume", value: (l) => l.volume_size.join(" × "), text: true, show: String },
       { name: "Images", value: (l) => l.image_sizes_px.map((s) => s.join(" × ")).join(", "), text: true, long: true, show: String },
       { name: "Cost before", value: (l) => l.cost.initial, show: (v) => number(v, 4) }, { name: "after", value: (l) => l.cost.final, show: (v) => number(v, 4) },
       { name: "Steps", key: "iterations" }, { name: "Poses compared", value: (l) => l.evaluations + l.linearizations },
       { name: "Ended by", key: "termination", text: true, show: String }, { name: "Time", key: "time_s", show: seconds }], report.levels));
   section("Views", null, table([{ name: "View", key: "name", text: true, show: String }, { name: "Gradient correlation", value: (v) => 1 - v.cost, show: (v) => v.toFixed(3) }], report.views));
-  manifest(report, [["backend", backendText(report.backend)], ["method", report.method + (report.method_reason ? ` (${report.method_reason})` : "")], ["metric", report.metric], ["projector", report.projector]]);
+  manifest(report, [["backend", backendText(report.backend)], ["search", report.search?.mode && `${report.search.mode}, ${number(report.search.starts)} starts compared`], ["method", report.method + (report.method_reason ? ` (${report.method_reason})` : "")], ["metric", report.metric], ["projector", report.projector]]);
 }
 
 const PERCENTILES = ["p50", "p75", "p95", "p99", "max"];
@@ -118,9 +126,10 @@ function calibrationChart(trials, cases, legend) {
   const dots = trials.filter((t) => t.verdict_ok && t.expected_error_mm > 0 && t.final_mtre_mm > 0);
   if (!dots.length) return [];
   const x = spanAxis(dots.map((t) => t.expected_error_mm)), y = spanAxis(dots.map((t) => t.final_mtre_mm));
-  const low = x.type === "log" ? Math.min(...dots.map((t) => t.expected_error_mm)) : 0, high = Math.max(...dots.map((t) => t.expected_error_mm));
+  const low = x.type === "log" ? Math.min(...dots.map((t) => t.expected_error_mm)) : y.type === "log" ? Math.min(...dots.map((t) => t.final_mtre_mm)) / 2 : 0, high = Math.max(...dots.map((t) => t.expected_error_mm));
   const span = high > low ? [low, high] : [0.9 * low, 1.1 * high];
-  const ray = (factor) => Plot.line(span.map((e) => ({ e, t: factor * e })), { x: "e", y: "t", stroke: COLOURS[7], strokeDasharray: factor === 2 ? null : "4 3", clip: true });
+  const places = Array.from({ length: 60 }, (_, k) => span[0] * (1 - k / 59) + (span[1] * k) / 59);
+  const ray = (factor) => Plot.line(places.map((e) => ({ e, t: factor * e })), { x: "e", y: "t", stroke: COLOURS[7], strokeDasharray: factor === 2 ? null : "4 3", clip: true });
   return [chart("Expected and true error", "of the trials that were believed; line: twice the expected error, dashed: as much", { x: { label: "expected error in mm", ...x }, y: { label: "final mTRE in mm", ...y },
     marks: [ray(1), ray(2), Plot.dot(dots, { x: "expected_error_mm", y: "final_mtre_mm", stroke: (t) => colour(t.case), r: 2.5, title: (t) => `trial ${t.trial}: ${number(t.final_mtre_mm)} mm, expected ${number(t.expected_error_mm)}` })] }, legend)];
 }
@@ -128,19 +137,20 @@ function calibrationChart(trials, cases, legend) {
 function scenePage({ report, images }) {
   heading("Registration of several objects", report.objects.map((o) => o.name).join(", "));
   const moving = report.objects.filter((o) => o.moves);
-  const cards = [["objects ok", `${moving.filter((o) => o.verdict.ok).length} of ${moving.length}`], ["cost (0 = perfect, 1 = unrelated)", `${number(report.cost.initial)} → ${number(report.cost.final)}`], ["time", seconds(report.time_s.total)]];
-  for (const o of moving) if (o.sigma) cards.push([`${o.name}: expected error (rms)`, number(o.sigma.expected_error_mm) + " mm"]);
-  verdict(report.verdict.ok, report.verdict.ok ? "Registered" : "Doubtful: look at the objects", report.verdict.reasons, cards, ["Look at the outlines below: they must lie on the bones of every X-ray. They do not? ", ...(haveViewer ? [toViewer(), "."]
+  const cards = [["objects ok", `${moving.filter((o) => o.verdict.ok).length} of ${moving.length}`], ["gradient correlation, start → result (1 = alike)", `${(1 - report.cost.initial).toFixed(3)} → ${(1 - report.cost.final).toFixed(3)}`], ["time in all", seconds(report.time_s.total)]];
+  for (const o of moving) if (o.sigma) cards.push([`${o.name}: expected error (rms)`, mm(o.sigma.expected_error_mm)]);
+  verdict(report.verdict.ok, report.verdict.ok ? "Registered: no reason to doubt was found" : "Doubtful: look at the objects", report.verdict.reasons, cards, ["Look at the outlines below: they must lie on the bones of every X-ray. They do not? ", ...(haveViewer ? [toViewer(), "."]
     : ["Correct them by hand:", el("pre", { id: "place-command" }, placeCommand(report.command, (folder) => moving.map((o) => `${o.name}=${folder}/pose_${o.name}.json`)))])]);
-  section("X-ray and DRR", "The outline of each object projected at its pose, in a colour of its own, over the X-ray. Choose a DRR instead and move the slider: left of it the X-ray, right of it all objects.", overlays(images));
+  section("X-ray and DRR", "The outline of each object projected at its pose, in a colour of its own, over the X-ray. Choose a DRR instead and move the slider: left of it the X-ray, right of it all objects." + (haveViewer ? " Letters: the patient's left, right, front (A), back (P), head, feet, as the first object's CT has them." : ""),
+    overlays(images, haveViewer ? data.viewer.views.map((view) => sidesOf(view.camera_from_world, report.objects[0].world_from_ct)) : []));
   viewerSection("Live DRRs over the X-rays, from smaller copies of the objects that this page carries. Choose an object and move it; all together are saved as a start.");
   if (report.collisions.length) section("Collisions", "Objects that share space at the poses found: nothing forbids it. A layer of voxels is what half a voxel of motion makes.", table([{ name: "Objects", value: (c) => c.objects.join(", "), text: true, show: String }, { name: "Shared mm³", key: "volume_mm3" }, { name: "of the smaller one", key: "share", show: percent }], report.collisions));
   section("Objects", "Each is judged against what the others leave of the X-rays.", table([{ name: "Object", key: "name", text: true, show: String }, { name: "Verdict", value: (o) => (o.moves ? (o.verdict.ok ? "ok" : "doubtful") : "stays"), text: true, show: String },
-    { name: "Expected error mm", value: (o) => o.sigma?.expected_error_mm }, { name: "Cost", value: (o) => o.cost.final, show: (v) => number(v, 4) },
-    { name: "mTRE start mm", value: (o) => o.tre?.initial_mtre_mm }, { name: "result mm", value: (o) => o.tre?.final_mtre_mm },
+    { name: "Expected error", value: (o) => o.sigma?.expected_error_mm, show: mm }, { name: "Gradient correlation", value: (o) => 1 - o.cost.final, show: (v) => v.toFixed(3) },
+    { name: "mTRE at the start", value: (o) => o.tre?.initial_mtre_mm, show: mm }, { name: "as found", value: (o) => o.tre?.final_mtre_mm, show: mm },
     { name: "Reasons", value: (o) => o.verdict.reasons.join("; "), text: true, long: true, show: String }], report.objects, (o) => !o.verdict.ok));
   if (report.joints.length) section("Joints", "CT axes in the objects' centres of attenuation.", table([{ name: "Proximal", key: "proximal", text: true, show: String }, { name: "Distal", key: "distal", text: true, show: String }, { name: "Sequence", key: "sequence", text: true, show: String },
-    ...[0, 1, 2].map((i) => ({ name: `Angle ${i + 1} °`, value: (j) => j.angles_deg[i] })), ...[0, 1, 2].map((i) => ({ name: `${"xyz"[i]} mm`, value: (j) => j.translation_mm[i] })), { name: "Parted since the CT mm", value: (j) => j.since_ct?.apart_mm }, { name: "Turned since the CT °", value: (j) => j.since_ct?.turned_deg },
+    ...[0, 1, 2].map((i) => ({ name: `Angle ${i + 1}`, value: (j) => j.angles_deg[i], show: degrees })), ...[0, 1, 2].map((i) => ({ name: "xyz"[i], value: (j) => j.translation_mm[i], show: mm })), { name: "Parted since the CT", value: (j) => j.since_ct?.apart_mm, show: mm }, { name: "Turned since the CT", value: (j) => j.since_ct?.turned_deg, show: degrees },
     { name: "Limit", value: (j) => (j.limit ? `${number(j.limit.apart_mm)} mm, ${number(j.limit.turned_deg)}°${j.limit.used ? "" : ", not used"}` : ""), text: true, show: String }], report.joints));
   manifest(report, [["backend", backendText(report.backend)], ["method", report.method], ["metric", report.metric], ["projector", report.projector], ["moving all together", seconds(report.time_s.together)]]);
 }
@@ -186,8 +196,8 @@ function studyPage({ report, trials, images }) {
     { name: "Failures missed", value: (c) => c.overall.undetected_failures }, { name: "False alarms", value: (c) => c.overall.false_alarms },
     { name: "Below twice the expected error", value: (c) => c.overall.expected_error.rate, show: (v, c) => (c.overall.expected_error.trials ? `${percent(v)} of ${c.overall.expected_error.trials}` : "–") }, { name: "Ended by error", key: "errors" }], cases, (c) => c.overall.undetected_failures > 0),
     table([{ name: "Case", key: "label", text: true, show: String }, ...["mtre_mm", "mrpd_mm"].flatMap((key) => percentileColumns(key, key === "mtre_mm" ? "mTRE" : "mRPD", "mm")).map((c) => ({ ...c, value: (r) => c.value(r.overall) }))], cases),
-    table([{ name: "Case", key: "label", text: true, show: String }, ...[["in_plane_mm", "in-plane", "mm"], ["depth_mm", "depth", "mm"], ["rotation_deg", "rotation", "°"]].flatMap(([k, n, u]) => ["p50", "p95", "max"].map((p) => ({ name: `${n} ${p} ${u}`, value: (c) => c.overall[k][p] }))),
-      { name: "time p50", value: (c) => c.overall.time_s.p50, show: seconds }, { name: "time p95", value: (c) => c.overall.time_s.p95, show: seconds },
+    table([{ name: "Case", key: "label", text: true, show: String }, ...[["in_plane_mm", "in-plane", "mm"], ["depth_mm", "depth", "mm"], ["rotation_deg", "rotation", "°"]].flatMap(([k, n, u]) => ["p50", "p95", "max"].map((p) => ({ name: `${n} ${p} ${u}`, value: (c) => c.overall[k][p] })))], cases),
+    table([{ name: "Case", key: "label", text: true, show: String }, { name: "time p50", value: (c) => c.overall.time_s.p50, show: seconds }, { name: "time p95", value: (c) => c.overall.time_s.p95, show: seconds },
       { name: "evaluations p50", value: (c) => c.overall.evaluations.p50 }, { name: "linearizations p50", value: (c) => c.overall.linearizations.p50 }], cases));
   if (images.length) section("The worst trial of each case", "Left of the slider the X-ray, right of it the DRR at the pose that was found.", overlays(images));
   section("Intervals", null, table([{ name: "Case", value: (p) => cases[p.i].label, text: true, show: String }, { name: "From mm", key: "low_mm" }, { name: "to mm", key: "high_mm" },
@@ -267,7 +277,7 @@ function trackPage({ report, images }) {
   heading("Trajectory", `${report.objects.map((o) => o.name).join(", ")}: frames ${report.frames.first} to ${report.frames.last}, ${report.frames.done} of ${report.frames.planned} done`);
   const worst = (o) => (o.expected_error_mm ? `${mm(o.expected_error_mm.p50)} / ${mm(o.expected_error_mm.p95)}` : "–");
   verdict(report.verdict.ok, report.verdict.ok ? "Every frame is ok" : "Look at the flagged frames", report.verdict.reasons,
-    [["of the frames planned, done", `${report.frames.done} of ${report.frames.planned}`], ...report.objects.flatMap((o) => [[`${o.name}: frames ok`, `${o.frames_by_status.ok} of ${o.frames.length}`], [`${o.name}: expected error, median / 95 %`, worst(o)]]), ["frames per second", number(report.frames_per_second)]],
+    [["of the frames planned, done", `${report.frames.done} of ${report.frames.planned}`], ...report.objects.flatMap((o) => [[`${o.name}: frames ok`, `${o.frames_by_status.ok} of ${o.frames.length}`], [`${o.name}: expected error, median / 95 %`, worst(o)]]), ["frames per second", number(report.frames_per_second, 2)]],
     report.verdict.ok ? ["Look at the pictures below; poses are in ", el("code", {}, "trajectory.csv"), "."] : ["Look at the flagged frames below: each says why. Their rows in ", el("code", {}, "trajectory.csv"), " have their status. ", haveViewer ? ["Where an object is off: ", toViewer(), "; what is moved there becomes a key frame, and the run is corrected from it both ways."]
       : ["Give a better pose of one of them by ", el("code", {}, "raylign place"), ", and correct the run from it with ", el("code", {}, "--keyframe N=start.json"), "."]].flat());
   const flagged = (o) => o.frames.filter((f) => f.status !== "ok");
@@ -286,22 +296,24 @@ function trackPage({ report, images }) {
       chart("Angles", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true, tickFormat: (v) => number(v) }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "angles_deg", [...j.sequence])] }, [...j.sequence].map((label, i) => ({ label: `${i + 1}: ${label}`, i }))),
       chart("Translation", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true, tickFormat: (v) => number(v) }, marks: [flags(j.frames.filter((f) => f.status !== "ok")), ...curves(j.frames, "translation_mm", ["x", "y", "z"])] }, axes)]));
   }
-  const rows = report.objects.flatMap((o) => flagged(o).map((f) => ({ ...f, object: o.name }))).slice(0, 500);
-  if (rows.length) section("Flagged frames", rows.length === 500 ? "The first 500; all are in trajectory.csv." : null, table([{ name: "Frame", key: "frame" }, { name: "Object", key: "object", text: true, show: String }, { name: "Status", key: "status", text: true, show: String },
-    { name: "Searched", key: "searched", text: true, show: String }, { name: "Cost", key: "cost", show: (v) => number(v, 4) }, { name: "From the prediction mm", key: "jump_mm" }, { name: "Expected error mm", key: "expected_error_mm" },
+  const rows = report.objects.flatMap((o) => flagged(o).map((f) => ({ ...f, object: o.name, searched: f.searched === "none" ? null : f.searched }))).sort((a, b) => a.frame - b.frame).slice(0, 500);
+  const atHand = new Set(haveViewer ? data.viewer.frames.map((f) => f.number) : []);
+  const look = (frame) => (atHand.has(frame) ? el("a", { href: "#viewer-section", title: "open the live DRRs at this frame", onclick: () => openViewer(frame) }, String(frame)) : String(frame));
+  if (rows.length) section("Flagged frames", (haveViewer ? "A number opens the frame in the live DRRs below. " : "") + (rows.length === 500 ? "The first 500; all are in trajectory.csv." : ""), table([{ name: "Frame", key: "frame", show: look }, { name: "Object", key: "object", text: true, show: String }, { name: "Status", key: "status", text: true, show: String },
+    { name: "Searched", key: "searched", text: true, show: String }, { name: "Cost", key: "cost" }, { name: "Off the prediction", key: "jump_mm", show: mm }, { name: "Expected error", key: "expected_error_mm", show: mm },
     { name: "Reasons", value: (f) => (f.reasons ?? []).join("; "), text: true, long: true, show: String }], rows, (f) => f.status === "lost"));
-  if (images.length) section("X-ray and DRR", "The first, the middle and the last frame, and that of the largest cost. Left of the slider the X-ray, right of it the CT projected: where it was sought first, and as found.", overlays(images));
+  if (images.length) section("X-ray and DRR", "The first, the middle and the last frame, that of the largest cost, and up to four in doubt. Left of the slider the X-ray, right of it the CT projected: where it was sought first, and as found.", overlays(images));
   viewerSection("Live DRRs over the X-rays of " + (data.viewer?.frames.length ?? 0) + " of the frames: all of a short sequence, of a long one the flagged ones and others between them. An object that is moved in a frame makes it a key frame.");
   for (const o of report.objects) {
     section(o.name, "Since its first pose, in the world of the views. Upright lines are frames to look at: yellow doubtful, red lost, grey missing. Triangles: a wider search ran.", charts(() => [
       chart("Place of the CT's centre", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "mm", grid: true, tickFormat: (v) => number(v) }, marks: [flags(flagged(o)), ...curves(o.frames, "moved_mm", ["x", "y", "z"]), searches(o)] }, axes),
       chart("Rotation vector", null, { x: { label: "frame", tickFormat: "d" }, y: { label: "degrees", grid: true, tickFormat: (v) => number(v) }, marks: [flags(flagged(o)), ...curves(o.frames, "turned_deg", ["x", "y", "z"]), searches(o)] }, axes),
-      line(o, "cost", "cost"), line(o, "expected_error_mm", "expected error, mm"), line(o, "jump_mm", "from the prediction, mm")]));
+      line(o, "cost", "cost"), line(o, "expected_error_mm", "expected error, mm"), line(o, "jump_mm", "off the predicted place, mm")]));
   }
   section("Objects", null, table([{ name: "Object", key: "name", text: true, show: String }, ...["ok", "doubtful", "lost", "missing"].map((s) => ({ name: s, value: (o) => o.frames_by_status[s] })), { name: "Searched", key: "searched" }, { name: "Recovered", key: "recovered" },
-    { name: "Cost p50", value: (o) => o.cost?.p50 }, { name: "max", value: (o) => o.cost?.max }, { name: "Expected error p50 mm", value: (o) => o.expected_error_mm?.p50 }, { name: "p95 mm", value: (o) => o.expected_error_mm?.p95 },
-    { name: "A frame, p50", value: (o) => o.time_s?.p50, show: seconds }, { name: "max", value: (o) => o.time_s?.max, show: seconds }], report.objects));
-  manifest(report, [["backend", backendText(report.backend)], ["widest search", report.recover], ["time", seconds(report.time_s.total)], ["reading frames", seconds(report.time_s.read_frames)], ["registering", seconds(report.time_s.track)]]);
+    { name: "Cost, median", value: (o) => o.cost?.p50 }, { name: "max", value: (o) => o.cost?.max }, { name: "Expected error, median", value: (o) => o.expected_error_mm?.p50, show: mm }, { name: "95 %", value: (o) => o.expected_error_mm?.p95, show: mm },
+    { name: "Time a frame, median", value: (o) => o.time_s?.p50, show: seconds }, { name: "max", value: (o) => o.time_s?.max, show: seconds }], report.objects));
+  manifest(report, [["backend", backendText(report.backend)], ["widest search", report.recover], ["time in all", seconds(report.time_s.total)], ["of it reading the volumes", seconds(report.time_s.load)], ["reading frames", seconds(report.time_s.read_frames)], ["registering", seconds(report.time_s.track)]]);
 }
 
 function batchPage({ report }) {
@@ -312,7 +324,7 @@ function batchPage({ report }) {
   section("Jobs", "The doubtful ones first: look at these. A name opens the job's own page.", table([
     { name: "Job", key: "name", text: true, show: (name, j) => (j.page ? el("a", { href: j.page.split("/").map(encodeURIComponent).join("/") }, name) : name) },
     { name: "Command", key: "command", text: true, show: String }, { name: "Status", key: "status", text: true, show: String },
-    { name: "Cost", key: "cost", show: (v) => (v == null ? "" : number(v, 4)) }, { name: "Expected error mm", key: "expected_error_mm", show: (v) => (v == null ? "" : number(v)) },
+    { name: "Cost", key: "cost", show: (v) => (v == null ? "" : number(v, 4)) }, { name: "Expected error", key: "expected_error_mm", show: (v) => (v == null ? "" : mm(v)) },
     { name: "Time", key: "time_s", show: (v) => (v == null ? "" : seconds(v)) }, { name: "Why", value: (j) => j.reasons.join("; "), text: true, long: true, show: String }],
   report.jobs, (j) => j.status !== "ok"));
   manifest(report);

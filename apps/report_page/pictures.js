@@ -18,25 +18,27 @@ function withOutlines(base, layers) {
   return canvas;
 }
 
-// Where the DRR is steep: its grey values change by more than a share of their range across two pixels, and by more than beside the line.
+// Where the DRR is steep: its grey values change by more than a share of their range across two pixels, and by more than beside the line. Of a
+// picture that is smooth all over (a chest fills it), what is steep for it.
 function drawOutline(picture, drr, rgb) {
   const { width, height } = picture;
   const place = (x, y) => Math.min(height - 1, Math.max(0, y)) * width + Math.min(width - 1, Math.max(0, x)), grey = (x, y) => drr.data[4 * place(x, y)];
   const slopes = Array.from({ length: width * height }, (_, i) => { const x = i % width, y = (i - x) / width; return [grey(x + 1, y) - grey(x - 1, y), grey(x, y + 1) - grey(x, y - 1)]; });
   const steepness = slopes.map(([dx, dy]) => Math.hypot(dx, dy));
+  const rising = steepness.filter((steep) => steep > 0.5).sort((a, b) => a - b), high = Math.max(6, Math.min(36, rising[Math.floor(0.97 * rising.length)] ?? 36)), low = 0.4 * high;
   steepness.forEach((steep, i) => {
     const x = i % width, y = (i - x) / width, [dx, dy] = slopes[i].map((d) => Math.round(d / (steep || 1)));
     if (steep < steepness[place(x + dx, y + dy)] || steep <= steepness[place(x - dx, y - dy)]) return;
-    const share = Math.min(1, Math.max(0, (steep - 14) / 22));
+    const share = Math.min(1, Math.max(0, (steep - low) / (high - low)));
     for (let c = 0; c < 3; c += 1) picture.data[4 * i + c] += share * (rgb[c] - picture.data[4 * i + c]);
   });
 }
 
-// The part of the picture that shows the object, with a margin; the whole picture where that is nearly all of it.
-function boxOfObject(layer) {
-  const { picture: { data, width, height } } = pixelsOf(layer);
+// The part of the picture that shows the objects, with a margin; the whole picture where that is nearly all of it.
+function boxOfObjects(layers) {
+  const { naturalWidth: width, naturalHeight: height } = layers[0];
   let [left, top, right, bottom] = [width, height, -1, -1];
-  for (let y = 0; y < height; y += 1) for (let x = 0; x < width; x += 1) {
+  for (const { data } of layers.map((layer) => pixelsOf(layer).picture)) for (let y = 0; y < height; y += 1) for (let x = 0; x < width; x += 1) {
     if (data[4 * (y * width + x)] < 12) continue;
     left = Math.min(left, x); right = Math.max(right, x); top = Math.min(top, y); bottom = Math.max(bottom, y);
   }
@@ -81,11 +83,11 @@ function overlay(image, sides) {
   const objects = image.objects ?? [], legend = objects.map(({ label }, k) => el("span", { class: "object" }, el("i", { style: `background:rgb(${OUTLINES[k % OUTLINES.length]})` }), label));
   const labels = [...image.layers.map((layer) => layer.label), objects.length ? "outlines of the objects" : `outline of the ${image.layers[last].label}`];
   const buttons = labels.map((label, k) => el("button", { type: "button", onclick: () => { state.layer = k; set(k > last ? 0 : 50); draw(); } }, label));
-  const zoom = el("button", { type: "button", onclick: () => { state.zoomed = !state.zoomed; draw(); } }, "zoomed to the object");
+  const zoom = el("button", { type: "button", onclick: () => { state.zoomed = !state.zoomed; draw(); } }, objects.length ? "zoomed to the objects" : "zoomed to the object");
   const mirror = el("button", { type: "button", title: "Pictures are what the detector sees from the source; mirrored, what one sees who stands at the detector.", onclick: () => { state.mirrored = !state.mirrored; draw(); } }, "mirrored");
   const sources = Promise.all([image.base, ...image.layers, ...objects].map((layer) => loaded(layer.uri))).then(([x, ...pictures]) => {
     const drrs = pictures.slice(0, last + 1), outlined = objects.length ? pictures.slice(last + 1) : [drrs[last]];
-    return { x, drrs: [...drrs, withOutlines(x, outlined)], box: boxOfObject(drrs[last]) };
+    return { x, drrs: [...drrs, withOutlines(x, outlined)], box: boxOfObjects(outlined) };
   });
   async function draw() {
     buttons.forEach((b, k) => b.setAttribute("aria-pressed", String(k === state.layer)));

@@ -43,6 +43,8 @@ function spanAxis(values) {
   if (Math.max(...positive) < 10 * Math.min(...positive)) return { grid: true, zero: true };
   return { type: "log", grid: true, tickFormat: (v) => (/^[125](\.0*)?e/.test(v.toExponential()) ? number(v) : "") };
 }
+// Of costs: not from 0, which would flatten them; logarithmic where they differ much.
+const costAxis = (label, values) => ({ label, ...spanAxis(values), zero: false, nice: true, ...(spanAxis(values).type ? {} : { tickFormat: (v) => number(v) }) });
 const percent = (share) => (share == null ? "–" : (100 * share).toFixed(share > 0 && share < 0.1 ? 1 : 0) + "\u00a0%");
 const megabytes = (bytes) => (bytes == null ? "–" : number(bytes / 1048576) + " MiB");
 const seconds = (s) => (s == null ? "–" : s < 1 ? number(1000 * s) + " ms" : number(s) + " s");
@@ -63,13 +65,14 @@ function verdict(ok, sentence, reasons, cards, next = []) {
     el("div", { class: "cards" }, cards.map(([label, value]) => el("div", { class: "card" }, el("b", {}, value), el("span", {}, label))))));
 }
 
-// columns: {name, key or value(row), show(value,row), text, long}. Click a heading to sort; Copy takes it to a spreadsheet.
-function table(columns, rows, isBad = () => false) {
+// columns: {name, key or value(row), show(value,row), text, long}; those that are empty in every row are left out. Click a heading to sort; Copy takes it to a spreadsheet.
+function table(allColumns, rows, isBad = () => false) {
   const valueOf = (column, row) => (column.value ? column.value(row) : row[column.key]);
+  const columns = allColumns.filter((c, i) => i === 0 || !rows.length || rows.some((row) => valueOf(c, row) != null && valueOf(c, row) !== ""));
   const shown = (column, row) => (column.show ? column.show(valueOf(column, row), row) : number(valueOf(column, row)));
   const body = el("tbody");
   const fill = (list) => body.replaceChildren(...list.map((row) => el("tr", { class: isBad(row) ? "bad" : null },
-    columns.map((c) => el("td", { class: (c.text ? "text" : "") + (c.long ? " long" : "") }, shown(c, row))))));
+    columns.map((c) => el("td", { class: (c.text ? "text" : "") + (c.long ? " long" : ""), "data-name": c.name }, shown(c, row))))));
   let sorted = rows.slice();
   const headings = columns.map((column, i) => {
     const sort = () => {
@@ -165,10 +168,10 @@ function heading(title, sub) { root.append(el("header", {}, el("h1", {}, title),
 
 const STAGES = [["prepare", "prepare"], ["drr", "DRR"], ["gradient", "gradient"], ["reduction", "NCC reduction"], ["transfer", "transfer"], ["optimizer", "optimizer, rest"]];
 // rows: [{label, times: {prepare, drr, ...}}]: one stacked bar each.
-function stageBars(title, caption, rows) {
-  const bars = rows.flatMap((row) => STAGES.map(([key, label], i) => ({ row: row.label, stage: label, i, s: row.times[key] ?? 0 }))).filter((b) => b.s > 0);
+function stageBars(title, caption, rows, stages = STAGES) {
+  const bars = rows.flatMap((row) => stages.map(([key, label], i) => ({ row: row.label, stage: label, i, s: row.times[key] ?? 0 }))).filter((b) => b.s > 0);
   return chart(title, caption, {
     marginLeft: Math.min(300, 16 + 6.8 * Math.max(...rows.map((r) => r.label.length))), height: 60 + 34 * rows.length, x: { label: "seconds", grid: true }, y: { label: null, domain: rows.map((r) => r.label) },
     marks: [Plot.barX(bars, { x: "s", y: "row", fill: (b) => colour(b.i), order: null, insetTop: 4, insetBottom: 4, title: (b) => `${b.stage}: ${seconds(b.s)}` }), Plot.ruleX([0])],
-  }, STAGES.map(([, label], i) => ({ label, i, box: true })));
+  }, stages.map(([, label], i) => ({ label, i, box: true })).filter(({ i }) => bars.some((b) => b.i === i)));
 }

@@ -1,13 +1,14 @@
 #include "apps/track/pictures.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "apps/shared/interrupt.h"
 
 namespace raylign::detail::apps {
 namespace {
 
-constexpr std::size_t kMostObjects = 3;  // a page should stay light
+constexpr std::size_t kMostObjects = 3, kMostDoubtful = 4;  // a page should stay light
 
 /// Positions of the frames to show among those of one object.
 std::vector<std::size_t> frames_to_show(const std::vector<const TrackFrame*>& frames) {
@@ -19,6 +20,12 @@ std::vector<std::size_t> frames_to_show(const std::vector<const TrackFrame*>& fr
     const auto costs_less = [&](std::size_t a, std::size_t b) { return frames[a]->cost < frames[b]->cost; };
     std::vector<std::size_t> shown{with_pose.front(), with_pose[with_pose.size() / 2], with_pose.back(),
                                    *std::ranges::max_element(with_pose, costs_less)};
+    std::vector<std::size_t> doubtful;
+    const auto is_doubted = [&](std::size_t i) { return frames[i]->status != TrackStatus::ok; };
+    std::ranges::copy_if(with_pose, std::back_inserter(doubtful), is_doubted);
+    for (std::size_t k = 0; k < std::min(kMostDoubtful, doubtful.size()); ++k) {
+        shown.push_back(doubtful[k * doubtful.size() / std::min(kMostDoubtful, doubtful.size())]);
+    }
     std::ranges::sort(shown);
     shown.erase(std::unique(shown.begin(), shown.end()), shown.end());
     return shown;

@@ -7,8 +7,9 @@
 
 namespace raylign::detail::apps {
 
-/// X-ray under DRR for the page: the first, the middle and the last frame of each object that have a pose, and those
-/// whose cost is largest; every view. `scratch`: a folder where a file may stand for a moment.
+/// X-ray under DRR for the page: the first, the middle and the last frame of each object that have a pose, the one
+/// whose cost is largest, and some of those in doubt; every view. `scratch`: a folder where a file may stand for a
+/// moment.
 [[nodiscard]] std::vector<PageOverlay> track_pictures(const TrackReport& report, Backend& backend,
                                                       const std::filesystem::path& scratch);
 

@@ -3,15 +3,10 @@
 set -euo pipefail
 raylign=$1 work=$2 source=$3 chromium=$4 npm=$5 node=$6
 
-skip() {
-    echo "skipped: $1"
-    [ -z "${RAYLIGN_REQUIRE_BROWSER:-}" ] || exit 1
-    exit 77
-}
-[ -x "$chromium" ] && [ -x "$npm" ] && [ -x "$node" ] || skip "chromium, npm or node is not installed"
+. "$source/../browser/packages.sh"
+need_browser "$chromium" "$npm" "$node" "$(dirname "$work")"
 mkdir -p "$work/driver"
-cp "$source"/package.json "$source"/package-lock.json "$source"/open_report.mjs "$work/driver"
-(cd "$work/driver" && "$npm" ci --ignore-scripts --no-audit --no-fund >npm.log 2>&1) || skip "npm cannot fetch puppeteer-core"
+cp "$source/open_report.mjs" "$work/driver"
 
 cd "$work"
 rm -rf pages shots
@@ -35,7 +30,7 @@ cp pages/truth.json 'pages/<script>alert(1)</script>.json'
     --view AP --view AP,LAT -o pages/study --quiet
 "$raylign" compare "${ct[@]}" --views pages/geometry.json --pose pages/truth.json --backends reference,cpu --poses 3 \
     --registrations 1 --longest-side 32 -o pages/compare --quiet
-"$raylign" bench --size 32 --pixels 48 --repeat 2 -o pages/bench --quiet || [ $? = 1 ]
+"$raylign" bench --size 32 --pixels 48 --repeat 1 -o pages/bench --quiet || [ $? = 1 ]
 # Two frames, and a third without its second view: a flagged gap.
 for frame in 1 2; do cp pages/xrays/drr_AP.tif pages/AP.$frame.tif; cp pages/xrays/drr_LAT.tif pages/LAT.$frame.tif; done
 cp pages/xrays/drr_AP.tif pages/AP.3.tif

@@ -64,10 +64,12 @@ async function check_register(browser) {
 async function check_track(browser) {
   for (const n of [1, 2, 3, 4, 5]) copyFileSync("xrays/drr_first.tif", `first.${n}.tif`);
   for (const n of [1, 2, 3, 4]) copyFileSync("xrays/drr_second.tif", `second.${n}.tif`);
-  const track = ["track", ...ct, "--views", "geometry.json", "--frames", "first=first.%d.tif", "--frames", "second=second.%d.tif", "--start", "truth.json"];
+  const track = ["track", ...ct, "--views", "geometry.json", "--frames", "first=first.%d.tif", "--frames", "second=second.%d.tif", "--start", "truth.json", "--recover", "none"];
   const first = JSON.parse(run([...track, "-o", "track", "--json"], [0, 1])), tab = await opened(browser, "track/track.html"), { viewer } = page_data("track/track.html");
   expect(viewer.frames.length === 5 && first.frames.done === 5, "every frame is there");
   expect(await tab.$eval(">>> #save", (node) => node.disabled), "nothing moved, nothing to save");
+  await tab.evaluate(() => [...document.querySelectorAll("td a")].find((link) => link.textContent === "5").click());
+  await tab.waitForFunction(() => raylign.store.state.frame === 4, { timeout: 60000 });
   const found = await tab.evaluate(() => raylign.store.scene.frames.map(({ poses }) => Array.from(poses[0])));
   await tab.$eval(">>> #frame", (node) => { node.value = 2; node.dispatchEvent(new Event("input", { bubbles: true })); });
   await settled(tab);
@@ -84,7 +86,7 @@ async function check_track(browser) {
   await (await tab.$(">>> #save")).click();
   await downloaded("downloads/keyframes.csv");
   const command = await text(tab, "#command");
-  expect(command === "raylign track --volume ct.mha --attenuation --views geometry.json --frames first=first.%d.tif second=second.%d.tif --start truth.json --keyframe object:3=keyframes.csv -o track", `the same command again: ${command}`);
+  expect(command === "raylign track --volume ct.mha --attenuation --views geometry.json --frames first=first.%d.tif second=second.%d.tif --start truth.json --recover none --keyframe object:3=keyframes.csv -o track", `the same command again: ${command}`);
   await check_accessible(tab, "track.html with its viewer");
   await tab.close();
   const again = JSON.parse(run([...words(command, "=keyframes.csv", "=downloads/keyframes.csv"), "--json"], [0, 1]));
