@@ -8,6 +8,11 @@ namespace raylign::detail {
 inline constexpr double kWeakCost = 0.5;
 /// Cost of a whole on the coarsest level, where noise is averaged away, from which on finer levels would be wasted.
 inline constexpr double kHopelessCost = 0.7;
+/// Cost of a part from which on it is doubted: other tissue is expected, but this is what unrelated edges reach.
+inline constexpr double kWeakCost_part = 0.8;
+/// Cost of a part on a level from which on it will be doubted whatever comes: no finer level has been seen to make up
+/// for 0.15. What is left to do is done with few iterations.
+inline constexpr double kHopelessCost_part = kWeakCost_part + 0.15;
 /// Cost below which noise is all that is left: weights would only cost time.
 inline constexpr double kRobustFrom_cost = 0.005;
 /// Cost of a CT whose cut sides hide a part of the X-ray. Leaving out what they hide lets wrong places fit: right poses

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/image/pyramid.h"
 #include "core/image/view_crop.h"
+#include "core/registration/policy.h"
 
 namespace raylign::detail {
 namespace {
@@ -133,7 +134,8 @@ void Level::take_the_better_start(bool may_restart) {
     report_.cost_initial = costs[report_.restarted ? 1 : 0];
 }
 
-LevelOutcome Level::solve(const LevelProblem& problem) {
+LevelOutcome Level::solve(LevelProblem problem) {
+    if (run_.is_hopeless) problem.max_iterations = std::min(problem.max_iterations, kSearchIterations);
     const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) {
         record(step, pose);
         return true;

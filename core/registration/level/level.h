@@ -65,7 +65,7 @@ private:
     void make_views(const std::optional<Focus>& focus);
     /// The level's views on its volume, as far as it goes, with its filter.
     [[nodiscard]] std::unique_ptr<Session> make_session();
-    LevelOutcome solve(const LevelProblem& problem);
+    LevelOutcome solve(LevelProblem problem);
     void record(const OptimizerStep& step, const RigidTransform& pose);
 
     Run& run_;

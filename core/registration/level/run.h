@@ -62,6 +62,8 @@ struct Run {
     std::optional<Magnification> magnification{};
     /// Why the images and not the pose must be wrong; a part was not sought then.
     std::optional<std::string> suspicion{};
+    /// Nothing fits: what is left to do is done with few iterations.
+    bool is_hopeless = false;
     Clock::time_point begin = Clock::now();
     LevelClock level_clock;
     double total_work = 1, done_work = 0;  ///< in units of level_work

@@ -68,6 +68,7 @@ void descend(Run& run, Content content, StartCheck check, std::ptrdiff_t left_ou
         if (content == Content::whole && place.is_first && !run.shows_the_cut) {
             found = settle_the_cut(run, level, place, found, step_mm);
         }
+        take_for_hopeless(run, content == Content::part && found.cost > kHopelessCost_part);
         const double pixel_mm = level.plan().pixel_at_object_mm;
         step_mm = std::clamp(found.last_step_mm, pixel_mm / 8, kInitialStep_px * pixel_mm);
         result.cost_final = found.cost;

@@ -127,8 +127,15 @@ LevelPlan finely_filtered(const Run& run, LevelPlan plan) {
 
 }  // namespace
 
+void take_for_hopeless(Run& run, bool is_hopeless) {
+    constexpr const char* kDecision = "not refined: even the best place correlates with the X-ray by less than 0.05";
+    std::erase(run.result.decisions, kDecision);
+    if (is_hopeless) run.result.decisions.emplace_back(kDecision);
+    run.is_hopeless = is_hopeless;
+}
+
 bool wants_robust_weights(const Run& run, const Level& level) {
-    return run.options.robust && run.result.method == Method::gauss_newton &&
+    return run.options.robust && !run.is_hopeless && run.result.method == Method::gauss_newton &&
            level.report().cost_final >= kRobustFrom_cost;
 }
 

@@ -10,6 +10,7 @@
 #include "core/registration/strategy/candidates.h"
 #include "core/registration/strategy/coarse_to_fine.h"
 #include "core/registration/strategy/domain.h"
+#include "core/registration/strategy/finish.h"
 #include "core/registration/strategy/template_search.h"
 
 namespace raylign::detail {
@@ -143,11 +144,16 @@ void search_part(Run& run, Search mode) {
         keep_best(candidates, first ? kFewerParts : kPartFinalists, kHopelessMargin);
         result.world_from_ct = candidates.front().world_from_ct;
         result.cost_final = level.report().cost_final = candidates.front().cost;
-        if (!place.is_last) return Next::finer;
+        take_for_hopeless(run, result.cost_final > kHopelessCost_part);
+        if (!place.is_last) {
+            if (run.is_hopeless) candidates.resize(1);
+            return Next::finer;
+        }
         report_rivals(run, candidates, pixel_mm);
         if (place.coarser) weigh_part(run, *place.coarser, result.world_from_ct);
         weigh_part(run, level, result.world_from_ct);
-        level.optimize(result.world_from_ct, true, pixel_mm);
+        const LevelOutcome found = level.optimize(result.world_from_ct, true, pixel_mm);
+        take_for_hopeless(run, found.cost > kHopelessCost_part);  // robust weights go on where it is not
         return Next::finer;
     });
 }

@@ -16,7 +16,6 @@ namespace {
 /// Of a whole's view. Right poses left at most 0.31 unexplained, 0.35 where the CT is cut at both ends; a spine whose
 /// pixels were said to be a third too small ended 27 mm off with 0.48 and 0.40, and nothing else to doubt it.
 constexpr double kWeakCost_whole = 0.4;
-constexpr double kWeakCost_part = 0.8;    // other tissue is expected, but this is what unrelated edges reach
 constexpr double kWeakCost_found = 0.65;  // of a part that was found anywhere: of so many places some fit by chance
 constexpr double kMostCovered = 0.7;      // of the image: little is left for other tissue to explain
 constexpr double kOpposite = 1.2;         // worse than unrelated
