@@ -229,6 +229,10 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
                                 "Farthest from the extrapolated pose, at the object's rim, without a search;\n"
                                 "default 0: 3 mm + 4 x the median of the last frames (20 mm for the first)"),
              "MM", kSearchGroup);
+    describe(command.add_option("--depth-change", options.depth_change_mm,
+                                "One view: by how much depth changes from frame to frame, a standard deviation; where\n"
+                                "the last frame lay then counts beside the image; default 0: not known"),
+             "MM", kSearchGroup);
     command
         .add_flag("--thorough", options.is_thorough,
                   "Register every frame in full, at ten times the time; default: frames whose\n"

@@ -32,7 +32,7 @@ std::string track_config(const TrackCommandOptions& options, const TrackInputs& 
     const std::vector<ObjectFlags> objects = objects_of(options);
     Json json{
         {"version", RAYLIGN_VERSION},
-        {"rows", 2},  // what a row holds
+        {"rows", 3},  // what a row holds
         {"backend", {backend.name, backend.device, backend.instruction_set, backend.storage, backend.interpolation}},
         {"projector", options.backend.projector},
         {"step_mm", options.backend.step_mm},
@@ -50,6 +50,7 @@ std::string track_config(const TrackCommandOptions& options, const TrackInputs& 
         {"recover", options.recover},
         {"max_jump_mm", options.max_jump_mm},
         {"thorough", options.is_thorough},
+        {"depth_change_mm", options.depth_change_mm},
         {"frame_step", inputs.frame_step}};
     for (const ObjectFlags& object : objects) {
         json["objects"].push_back({{"name", object.name}, {"volume", volume_settings(object.volume)}});

@@ -39,6 +39,9 @@ Json frame_json_exactly(const TrackFrame& frame) {
             {"cost", frame.cost},
             {"view_costs", frame.view_costs},
             {"expected_error_mm", frame.expected_error_mm},
+            {"expected_in_plane_mm", frame.expected_in_plane_mm},
+            {"expected_in_depth_mm", frame.expected_in_depth_mm},
+            {"expected_turn_deg", frame.expected_turn_deg},
             {"searched", search_name(frame.searched)},
             {"recovered", frame.recovered},
             {"jumped", frame.jumped},
@@ -60,6 +63,9 @@ TrackFrame frame_from(const Json& json) {
     frame.cost = json.at("cost").get<double>();
     frame.view_costs = json.at("view_costs").get<std::vector<double>>();
     frame.expected_error_mm = json.at("expected_error_mm").get<double>();
+    frame.expected_in_plane_mm = json.at("expected_in_plane_mm").get<double>();
+    frame.expected_in_depth_mm = json.at("expected_in_depth_mm").get<double>();
+    frame.expected_turn_deg = json.at("expected_turn_deg").get<double>();
     frame.searched = search_from_name(json.at("searched").get<std::string>());
     frame.recovered = json.at("recovered").get<bool>();
     frame.jumped = json.at("jumped").get<bool>();

@@ -131,6 +131,10 @@ TrackInputs read_track_inputs(const TrackCommandOptions& options) {
                                          .undistorted = parse_truth(options.views.undistorted, "--undistorted")});
     append_new(inputs.files, inputs.views.files);
     append_new(inputs.notes, inputs.views.notes);
+    if (options.depth_change_mm != 0 && inputs.views.views.size() > 1) {
+        throw Error("--depth-change is for one view: " + std::to_string(inputs.views.views.size()) +
+                    " views tell depth by themselves");
+    }
     inputs.frames = pair_frames(inputs.views, options.range);
     inputs.frame_step = usual_step(inputs.frames);
     check_frame_sizes(inputs.views, inputs.frames);

@@ -206,6 +206,7 @@ TrackOptions track_options(const TrackCommandOptions& options, double frame_step
     track.recovery = search_from_name(options.recover);
     if (track.recovery == Search::automatic) throw bad_value("--recover", "auto", "none, near or global");
     if (options.max_jump_mm != 0) track.max_jump_mm = options.max_jump_mm;
+    if (options.depth_change_mm != 0) track.depth_change_mm = options.depth_change_mm;
     track.frame_step = frame_step;
     track.quick = !options.is_thorough;
     if (const std::string fault = track.problem(); !fault.empty()) throw Error(fault);

@@ -31,6 +31,7 @@ struct TrackCommandOptions {
     std::string recover = "global";
     double max_jump_mm = 0;
     bool is_thorough = false;         ///< every frame in full
+    double depth_change_mm = 0;       ///< 0 = unknown
     std::string smooth = "none";      ///< none, auto or a strength
     std::vector<std::string> joints;  ///< PROXIMAL,DISTAL
     std::string cardan = "XYZ";

@@ -38,10 +38,11 @@ std::string axis_text(const Eigen::Vector3d& axis) {
     return with_sign(axis.x(), 2) + ", " + with_sign(axis.y(), 2) + ", " + with_sign(axis.z(), 2);
 }
 
-/// "0.042 mm", or for one view "0.15 mm in plane, 1.41 mm in depth".
+/// "0.042 mm", or for one view "0.15 mm in plane, 1.41 mm in depth, 0.25 deg".
 std::string expected_text(const Confidence& c) {
     if (c.in_depth_mm > 0) {
-        return fixed(c.in_plane_mm, 3) + " mm in plane, " + fixed(c.in_depth_mm, 2) + " mm in depth";
+        return fixed(c.in_plane_mm, 3) + " mm in plane, " + fixed(c.in_depth_mm, 2) + " mm in depth, " +
+               fixed(c.rotation_deg, 2) + " deg";
     }
     return fixed(c.rim_mm, 3) + " mm";
 }

@@ -11,6 +11,7 @@
 #include "core/registration/policy.h"
 #include "core/registration/registration.h"
 #include "core/tracking/attempt.h"
+#include "core/tracking/depth_prior.h"
 #include "core/tracking/extrapolation.h"
 #include "core/tracking/quick_way.h"
 
@@ -54,6 +55,7 @@ struct Tracker::State {
     void compare_jump(Attempt& made, const TrackFrame& so_far) const;
     [[nodiscard]] RegistrationOptions first_options() const;
     void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const RunControl& control);
+    void hold_depth(Attempt& best, int frame, std::span<const View> views) const;
     void judge(const Attempt& best, TrackFrame& found) const;
     void remember(const TrackFrame& found);
 
@@ -65,7 +67,8 @@ struct Tracker::State {
     std::vector<double> jumps_mm_, costs_;  ///< of the last tracked frames
     std::optional<Content> content_;
     std::optional<int> last_frame_, last_tracked_;
-    int failures_ = 0;  ///< frames in a row that no search has helped
+    double last_in_depth_mm_ = 0;  ///< expected, of the last tracked frame; 0 = not known
+    int failures_ = 0;             ///< frames in a row that no search has helped
     QuickWay quick_;
     bool was_ok_ = false;  ///< the frame before
 };
@@ -197,6 +200,18 @@ void Tracker::State::search_wider(Attempt& best, TrackFrame& found, std::span<co
     }
 }
 
+/// What the last frame says of this one's depth.
+void Tracker::State::hold_depth(Attempt& best, int frame, std::span<const View> views) const {
+    const bool is_known = !known_.empty() && last_in_depth_mm_ > 0;
+    if (!options_.depth_change_mm || views.size() != 1 || !best.believed() || !is_known) return;
+    const double steps = (frame - *last_tracked_) / options_.frame_step;
+    const double sigma_mm = std::hypot(*options_.depth_change_mm * std::sqrt(steps), last_in_depth_mm_);
+    const Eigen::Vector3d before_mm = known_.back().world_from_ct * extent_.centre_ct_mm;
+    const Eigen::Vector3d found_mm = best.result.world_from_ct * extent_.centre_ct_mm;
+    const DepthPrior prior = depth_like(before_mm, sigma_mm, found_mm, source_world_mm(views.front().geometry));
+    (void)join_depth(best.result, prior, extent_.centre_ct_mm, extent_.radius_mm);
+}
+
 void Tracker::State::judge(const Attempt& best, TrackFrame& found) const {
     if (!best.has_result) {
         found.status = TrackStatus::lost;
@@ -210,7 +225,11 @@ void Tracker::State::judge(const Attempt& best, TrackFrame& found) const {
     if (best.result.ok) found.content = best.result.content;
     found.cost = best.result.cost_final;
     found.view_costs = best.result.view_costs;
-    found.expected_error_mm = best.result.confidence.rim_mm;
+    const Confidence& confidence = best.result.confidence;
+    found.expected_error_mm = confidence.rim_mm;
+    found.expected_in_plane_mm = confidence.in_plane_mm;
+    found.expected_in_depth_mm = confidence.in_depth_mm;
+    found.expected_turn_deg = confidence.rotation_deg;
     found.status = best.believed() ? TrackStatus::ok : best.plausible() ? TrackStatus::doubtful : TrackStatus::lost;
     if (found.status == TrackStatus::ok) return;
     found.reasons = best.result.reasons;
@@ -232,6 +251,7 @@ void Tracker::State::remember(const TrackFrame& found) {
     failures_ = found.status == TrackStatus::ok ? 0 : failures_ + 1;
     if (found.status == TrackStatus::lost) return;
     if (!content_ && found.content != Content::automatic) content_ = found.content;
+    last_in_depth_mm_ = found.jumped ? 0 : found.expected_in_depth_mm;
     if (found.jumped) {
         known_.clear();  // across a jump there is no velocity
     } else if (last_tracked_) {
@@ -266,6 +286,7 @@ TrackFrame Tracker::feed(int frame, std::span<const View> views, const RunContro
     if (best.has_result) found.searched = best.result.search.mode;
     if (!best.believed()) state.search_wider(best, found, views, control);
     if (quick && !found.quick) found.quick_agrees = best.believed() && state.are_alike(*quick, best, views);
+    state.hold_depth(best, frame, views);
     state.judge(best, found);
     if (control.stop.stop_requested()) {
         found.status = TrackStatus::stopped;

@@ -23,6 +23,10 @@ struct TrackOptions {
     std::optional<double> max_jump_mm;
     double frame_step = 1;  ///< numbers between two frames that follow each other; positive
     bool quick = true;      ///< find frames the quick way where that may be (Tracker)
+    /// One view: by how much depth, along its line of sight, changes from frame to frame, as a standard deviation in
+    /// (0, 1000] mm. Then where the last frame lay counts beside the image, by what both are expected to be off, unless
+    /// they contradict each other. Default: depth is what the image says of it.
+    std::optional<double> depth_change_mm;
 
     /// What is wrong with them; "" = nothing.
     [[nodiscard]] std::string problem() const;
@@ -47,7 +51,9 @@ struct TrackFrame {
     double jump_mm = 0;                      ///< from the prediction, at the object's rim
     double cost = 0;
     std::vector<double> view_costs;
-    double expected_error_mm = 0;          ///< Confidence::rim_mm; 0 = not estimated
+    double expected_error_mm = 0;  ///< Confidence::rim_mm; 0 = not estimated
+    /// With one view: Confidence::in_plane_mm and in_depth_mm; 0 with more. Of any: its rotation_deg.
+    double expected_in_plane_mm = 0, expected_in_depth_mm = 0, expected_turn_deg = 0;
     Search searched = Search::none;        ///< the widest search that ran for it
     bool recovered = false;                ///< the pose is a search's, not the extrapolated start's
     bool jumped = false;                   ///< farther from the prediction than is believed without a search

@@ -94,9 +94,10 @@ TEST(Full, SaysThatOneViewHardlyTellsDepth) {
     RegistrationResult result = told_result();
     result.confidence.in_plane_mm = 0.15;
     result.confidence.in_depth_mm = 1.4;
-    EXPECT_THAT(full(result), HasSubstr("expected  0.150 mm in plane, 1.40 mm in depth"));
+    result.confidence.rotation_deg = 0.254;
+    EXPECT_THAT(full(result), HasSubstr("expected  0.150 mm in plane, 1.40 mm in depth, 0.25 deg"));
     EXPECT_THAT(full(result), HasSubstr("one view tells depth by size only"));
-    EXPECT_THAT(brief(result), HasSubstr("expected error 0.150 mm in plane, 1.40 mm in depth"));
+    EXPECT_THAT(brief(result), HasSubstr("expected error 0.150 mm in plane, 1.40 mm in depth, 0.25 deg"));
 }
 
 TEST(Full, WithholdsTheErrorOfADoubtedPose) {

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "core/base/error.h"
 #include "raylign/backends.h"
@@ -179,6 +181,36 @@ TEST(Track, StopsWhenAskedTo) {
     const TrackFrame again = tracker.feed(1, spine.xrays(1)), never_stopped = untouched.feed(1, spine.xrays(1));
     EXPECT_EQ(again.status, TrackStatus::ok);
     EXPECT_EQ(to_matrix(again.world_from_ct), to_matrix(never_stopped.world_from_ct)) << "the stop left no trace";
+}
+
+TEST(Track, OfOneViewTheLastFramesDepthCounts) {
+    MovingSpine spine;
+    const std::vector<View> still = spine.xrays(0);
+    const std::span<const View> one_view(still.data(), 1);
+    std::array<TrackFrame, 2> last;
+    for (const bool is_held : {false, true}) {
+        TrackOptions options;
+        if (is_held) options.depth_change_mm = 0.1;
+        Tracker tracker = spine.tracker(options);
+        for (int frame = 0; frame < 3; ++frame) last[is_held] = tracker.feed(frame, one_view);
+        ASSERT_EQ(last[is_held].status, TrackStatus::ok) << reasons(last[is_held]);
+        EXPECT_NEAR(std::hypot(last[is_held].expected_in_plane_mm, last[is_held].expected_in_depth_mm),
+                    last[is_held].expected_error_mm, 1e-9);
+    }
+    // Three frames alike, hardly moved in between: surer by nearly the root of three.
+    EXPECT_NEAR(last[1].expected_in_depth_mm / last[0].expected_in_depth_mm, std::sqrt(1 / 3.), 0.1);
+    EXPECT_LT(spine.mtre_mm(last[1]), 2 * last[1].expected_error_mm + spine.mtre_mm(last[0]));
+}
+
+TEST(Track, TwoViewsTellDepthThemselves) {
+    MovingSpine spine;
+    TrackOptions options;
+    options.depth_change_mm = 0.01;
+    Tracker held = spine.tracker(options), free = spine.tracker();
+    for (int frame = 0; frame < 2; ++frame) {
+        const RigidTransform one = held.feed(frame, spine.xrays(frame)).world_from_ct;
+        EXPECT_EQ(one.translation_mm, free.feed(frame, spine.xrays(frame)).world_from_ct.translation_mm);
+    }
 }
 
 }  // namespace
