@@ -61,11 +61,10 @@ void main() {
     if (any(greaterThanEqual(px, view.size_px.xy)) || gl_LocalInvocationID.z > 0) return;
     const float unit = length_per_sample_mm(ray) * scene.texel.x;
     uint at = gl_WorkGroupID.z * (DERIVATIVES * kParameters + 1) * scene.counts.x + px.y * view.size_px.x + px.x;
-    // saturated() of core/geometry/ray_frame.h
     const float line_integral = unit * sums.value, ceiling = uintBitsToFloat(frames[frame].view.y);
     const float a = min(line_integral, ceiling), b = max(line_integral, ceiling);
     const float none = exp(-b), rest = exp(a - b) - none;
-    images[at] = a - log(1 + rest);
+    images[at] = a - log(1 + rest);  // saturated() of core/geometry/ray_frame.h
 #if DERIVATIVES
 #if JOSEPH
     const int axis = dominant_axis(ray.direction);
