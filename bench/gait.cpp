@@ -9,6 +9,7 @@
 // The X-rays are rendered from a grid of their own, in which both bones lie as they have moved.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -33,7 +34,8 @@
 namespace raylign::detail::bench {
 namespace {
 
-constexpr double kScale = 0.5, kBone_hu = 150, kPeriod = 100;  // frames a step
+constexpr double kScale = 0.5, kBone_hu = 150;
+constexpr int kPeriod = 100;  // frames a step; later steps are the first one again, with other noise
 const std::array<const char*, 2> kBones{"left", "right"};
 
 struct Settings {
@@ -135,6 +137,16 @@ std::vector<RigidTransform> poses_at(int frame, const std::vector<Eigen::Vector3
     return poses;
 }
 
+/// With quantum noise of its own.
+void write_frame(const std::filesystem::path& folder, int frame, const std::vector<View>& views,
+                 const std::vector<XrayExposure>& exposures) {
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        const RawXray counts =
+            detected(xray_model("biplane-lab"), exposures[v], static_cast<std::uint64_t>(2 * frame) + v);
+        write_counts(folder / frame_name(views[v].name, frame), counts.image, counts.max_representable);
+    }
+}
+
 void make(const Settings& settings) {
     const std::filesystem::path folder = settings.folder;
     std::vector<Volume> bones;
@@ -156,16 +168,14 @@ void make(const Settings& settings) {
     intensity.auto_mask = true;
     write_views(folder / "views.json", views, {frame_name("cam1", 1), frame_name("cam2", 1)}, intensity);
     const auto backend = create_backend("cpu").backend;
-    for (int frame = settings.first; frame <= settings.frames; ++frame) {
+    for (int frame = settings.first; frame <= std::min(settings.frames, kPeriod); ++frame) {
         const std::vector<XrayExposure> exposures =
             expose(xray_model("biplane-lab"), body_at(bones, poses_at(frame, centres_mm)), hu_presets().front(), views,
                    {}, *backend, Projector::trilinear);
-        for (std::size_t v = 0; v < views.size(); ++v) {
-            const RawXray counts =
-                detected(xray_model("biplane-lab"), exposures[v], static_cast<std::uint64_t>(2 * frame) + v);
-            write_counts(folder / frame_name(views[v].name, frame), counts.image, counts.max_representable);
+        for (int again = frame; again <= settings.frames; again += kPeriod) {
+            write_frame(folder, again, views, exposures);
         }
-        std::cout << "frame " << frame << " of " << settings.frames << std::endl;
+        std::cout << "frame " << frame << " of " << std::min(settings.frames, kPeriod) << std::endl;
     }
 }
 
@@ -179,15 +189,63 @@ double processor_s() {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+using Shifts = std::vector<Eigen::Vector3d>;  // of targets, found from true
+
+/// Root mean square over the targets, of what differs between frames of one pose (noise), and of their mean without the
+/// noise that is left in it (what X-rays and model have in common in all steps).
+struct SplitError {
+    double noise_mm = 0, common_mm = 0;
+};
+
+SplitError split_error(const std::vector<Shifts>& frames) {
+    double noise = 0, common = 0, count = 0;
+    const std::size_t repeats = frames.size() / kPeriod;
+    for (std::size_t frame = 0; repeats > 1 && frame < kPeriod; ++frame) {
+        for (std::size_t i = 0; i < frames[frame].size(); ++i) {
+            Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+            for (std::size_t k = 0; k < repeats; ++k) mean += frames[frame + k * kPeriod][i];
+            mean /= static_cast<double>(repeats);
+            double squares = 0;
+            for (std::size_t k = 0; k < repeats; ++k) squares += (frames[frame + k * kPeriod][i] - mean).squaredNorm();
+            const double variance = squares / static_cast<double>(repeats - 1);
+            noise += variance;
+            common += mean.squaredNorm() - variance / static_cast<double>(repeats);
+            count += 1;
+        }
+    }
+    if (count == 0) return {};
+    return {std::sqrt(noise / count), std::sqrt(std::max(0.0, common / count))};
+}
+
+/// Second differences of the targets' mean shift over sqrt(6), root mean square an axis.
+double jitter_mm(const std::vector<Shifts>& frames) {
+    const auto middle = [&](std::size_t i) {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (const Eigen::Vector3d& shift : frames[i]) sum += shift;
+        return Eigen::Vector3d(sum / static_cast<double>(frames[i].size()));
+    };
+    double squares = 0;
+    for (std::size_t i = 1; i + 1 < frames.size(); ++i) {
+        squares += (middle(i - 1) - 2 * middle(i) + middle(i + 1)).squaredNorm();
+    }
+    return frames.size() < 3 ? 0 : std::sqrt(squares / (18.0 * static_cast<double>(frames.size() - 2)));
+}
+
 /// What came of a bone's frames.
 struct Tally {
     std::vector<double> seconds, read_s, errors_mm, turns_deg, expected_mm;
+    std::vector<Shifts> shifts_mm;
     int quick = 0, ok = 0, wrong = 0;
 
     void take(const TrackFrame& found, const RigidTransform& true_pose, std::span<const Eigen::Vector3d> targets) {
         errors_mm.push_back(mean_target_error_mm(found.world_from_ct, true_pose, targets));
         turns_deg.push_back(degrees(rotation_angle_rad(found.world_from_ct * inverse(true_pose))));
         expected_mm.push_back(found.expected_error_mm);
+        Shifts shifts;
+        for (const Eigen::Vector3d& target : targets) {
+            shifts.emplace_back(found.world_from_ct * target - true_pose * target);
+        }
+        shifts_mm.push_back(std::move(shifts));
         quick += found.quick;
         ok += found.status == TrackStatus::ok;
         wrong += found.status == TrackStatus::ok && errors_mm.back() > 1;
@@ -197,9 +255,13 @@ struct Tally {
                   << " (off by more than 1 mm: " << wrong << "), processor time a frame median " << median(seconds)
                   << " s, reading " << median(read_s) << " s, error median " << median(errors_mm) << " most "
                   << most(errors_mm) << " mm, turn median " << median(turns_deg) << " most " << most(turns_deg)
-                  << " deg, expected error median " << median(expected_mm) << " mm" << std::endl;
+                  << " deg, expected error median " << median(expected_mm) << " mm";
+        const SplitError split = split_error(shifts_mm);
+        std::cout << ", of the error noise " << split.noise_mm << ", in all steps alike " << split.common_mm
+                  << " mm, jitter of the error " << jitter_mm(shifts_mm) << " mm an axis" << std::endl;
         record.add({name, static_cast<double>(seconds.size()), quick, ok, wrong, median(seconds), median(read_s),
-                    median(errors_mm), most(errors_mm), median(turns_deg), median(expected_mm)});
+                    median(errors_mm), most(errors_mm), median(turns_deg), median(expected_mm), split.noise_mm,
+                    split.common_mm, jitter_mm(shifts_mm)});
     }
 };
 
@@ -241,7 +303,8 @@ int main(int argc, char** argv) {
     Record record(argc, argv, "A simulated gait sequence",
                   {"bone", "frames", "found the quick way", "ok", "ok, off by more than 1 mm",
                    "processor time a frame, p50 [s]", "reading a frame, p50 [s]", "error, p50 [mm]", "error, most [mm]",
-                   "turn, p50 [deg]", "expected error, p50 [mm]"});
+                   "turn, p50 [deg]", "expected error, p50 [mm]", "of it noise, rms [mm]",
+                   "alike in all steps, rms [mm]", "jitter of the error, an axis [mm]"});
     Settings settings;
     CLI::App app("A simulated gait sequence");
     CLI::App& maker = *app.add_subcommand("make");

@@ -1,0 +1,228 @@
+// How well the voxels that a model is cut into keep its outline, and what rays through its triangles would cost:
+//   raylign_outline MODEL VIEWS POSE [--spacing MM ...] [--level MM ...] [--json FILE]
+// Exact: the length of each ray inside the surface, the sum of signed depths of the triangles that it meets (a triangle
+// that is left counts plus, one that is entered minus: no sorting). Voxels: the DRR of the voxelized model of 1/mm. The
+// outline is where the length passes through a level, found between pixel centres along rows and columns in both
+// images; its error is how far the two crossings are apart, positive where the voxels' outline lies farther out.
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <optional>
+
+#include "bench/record.h"
+#include "core/base/median.h"
+#include "core/io/meshes/mesh_file.h"
+#include "core/io/meshes/triangle_mesh.h"
+#include "core/io/meshes/voxelize_mesh.h"
+#include "raylign/backend.h"
+#include "raylign/backends.h"
+#include "raylign/io/pose.h"
+#include "raylign/io/views.h"
+
+namespace raylign::detail::bench {
+namespace {
+
+constexpr int kReach_px = 3;  // farther apart, crossings belong to other edges
+constexpr double kMostVoxels = 4e8;
+
+double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// A triangle in the camera, and its corners in pixels.
+struct Projected {
+    std::array<Eigen::Vector3d, 3> camera_mm;
+    std::array<Eigen::Vector2d, 3> pixel;
+};
+
+/// Adds the signed length [mm] from the source to where the triangle is met, to every pixel whose centre it covers. On
+/// an edge of two triangles a ray belongs to one of them: the top-left rule on exact products of doubles.
+void add_triangle(const Projected& t, const Camera& camera, std::vector<double>& length_mm) {
+    const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); };
+    const double area = cross(t.pixel[1] - t.pixel[0], t.pixel[2] - t.pixel[0]);
+    if (area == 0) return;
+    const double sign = area > 0 ? 1 : -1;
+    Eigen::Vector2d low = t.pixel[0], high = t.pixel[0];
+    for (const Eigen::Vector2d& p : t.pixel) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    const Eigen::Vector3d normal = (t.camera_mm[1] - t.camera_mm[0]).cross(t.camera_mm[2] - t.camera_mm[0]);
+    const double offset = normal.dot(t.camera_mm[0]);
+    const Eigen::Matrix3d rays = camera.intrinsics_px.inverse();
+    const int x1 = std::min(camera.size_px.x() - 1, static_cast<int>(std::floor(high.x())));
+    const int y1 = std::min(camera.size_px.y() - 1, static_cast<int>(std::floor(high.y())));
+    for (int y = std::max(0, static_cast<int>(std::ceil(low.y()))); y <= y1; ++y) {
+        for (int x = std::max(0, static_cast<int>(std::ceil(low.x()))); x <= x1; ++x) {
+            bool is_inside = true;
+            for (std::size_t i = 0; i < 3 && is_inside; ++i) {
+                const Eigen::Vector2d edge = sign * (t.pixel[(i + 1) % 3] - t.pixel[i]);
+                const double side = cross(edge, Eigen::Vector2d(x, y) - t.pixel[i]);
+                is_inside = side > 0 || (side == 0 && (edge.y() < 0 || (edge.y() == 0 && edge.x() > 0)));
+            }
+            if (!is_inside) continue;
+            const Eigen::Vector3d ray = rays * Eigen::Vector3d(x, y, 1);
+            const double met_mm = ray.norm() * offset / normal.dot(ray);
+            length_mm[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.size_px.x()) +
+                      static_cast<std::size_t>(x)] += sign * met_mm;
+        }
+    }
+}
+
+/// Lengths inside a closed surface, turned so that they are positive.
+Image exact_lengths(const TriangleMesh& mesh, const ViewGeometry& view, const RigidTransform& world_from_ct) {
+    const RigidTransform camera_from_ct = view.camera_from_world * world_from_ct;
+    std::vector<Eigen::Vector3d> camera_mm;
+    std::vector<Eigen::Vector2d> pixel;
+    for (const Eigen::Vector3d& v : mesh.vertices_mm) {
+        camera_mm.push_back(camera_from_ct * v);
+        pixel.push_back((view.camera.intrinsics_px * camera_mm.back()).hnormalized());
+    }
+    Image image(view.camera.size_px.x(), view.camera.size_px.y());
+    std::vector<double> sums(image.pixels.size());
+    for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
+        Projected t;
+        for (std::size_t i = 0; i < 3; ++i) {
+            t.camera_mm[i] = camera_mm[static_cast<std::size_t>(triangle[i])];
+            t.pixel[i] = pixel[static_cast<std::size_t>(triangle[i])];
+        }
+        add_triangle(t, view.camera, sums);
+    }
+    double all = 0;
+    for (const double sum : sums) all += sum;
+    for (std::size_t i = 0; i < sums.size(); ++i) image.pixels[i] = static_cast<float>(all < 0 ? -sums[i] : sums[i]);
+    return image;
+}
+
+/// Where the level is passed between i and i + 1 of a line of pixels, and whether inwards.
+struct Crossing {
+    double at = 0;
+    bool is_rising = false;
+};
+
+template <class Line>
+std::vector<Crossing> crossings(const Line& value, int count, double level) {
+    std::vector<Crossing> found;
+    for (int i = 0; i + 1 < count; ++i) {
+        const double a = value(i) - level, b = value(i + 1) - level;
+        if ((a < 0) != (b < 0)) found.push_back({i + a / (a - b), b > a});
+    }
+    return found;
+}
+
+/// Of each exact crossing the nearest one of the voxels of the same sense: how much farther out that is.
+void compare_line(std::span<const Crossing> exact, std::span<const Crossing> voxels, std::vector<double>& errors_px) {
+    for (const Crossing& edge : exact) {
+        std::optional<double> nearest;
+        for (const Crossing& other : voxels) {
+            const double outwards = edge.is_rising ? edge.at - other.at : other.at - edge.at;
+            if (other.is_rising != edge.is_rising || std::abs(outwards) > kReach_px) continue;
+            if (!nearest || std::abs(outwards) < std::abs(*nearest)) nearest = outwards;
+        }
+        if (nearest) errors_px.push_back(*nearest);
+    }
+}
+
+std::vector<double> outline_errors_px(const Image& exact, const Image& voxels, double level) {
+    std::vector<double> errors_px;
+    for (int y = 0; y < exact.height; ++y) {
+        const auto row = [y](const Image& image) { return [&image, y](int i) { return double{image(i, y)}; }; };
+        compare_line(crossings(row(exact), exact.width, level), crossings(row(voxels), exact.width, level), errors_px);
+    }
+    for (int x = 0; x < exact.width; ++x) {
+        const auto column = [x](const Image& image) { return [&image, x](int i) { return double{image(x, i)}; }; };
+        compare_line(crossings(column(exact), exact.height, level), crossings(column(voxels), exact.height, level),
+                     errors_px);
+    }
+    return errors_px;
+}
+
+struct Settings {
+    std::string model, views, pose;
+    std::vector<double> spacings_mm, levels_mm{1.5};
+};
+
+/// Least of three.
+template <class Work>
+double least_ms(const Work& work) {
+    double least = 1e9;
+    for (int i = 0; i < 3; ++i) {
+        const double begin = seconds();
+        work();
+        least = std::min(least, 1e3 * (seconds() - begin));
+    }
+    return least;
+}
+
+/// A pixel of the view at the model's middle, as `register` chooses voxels.
+double pixel_mm(const View& view, const RigidTransform& world_from_ct, const MeshBounds& bounds) {
+    const Eigen::Vector3d middle = (bounds.low_mm + bounds.high_mm) / 2;
+    const Eigen::Matrix3d& k = view.geometry.camera.intrinsics_px;
+    return (view.geometry.camera_from_world * (world_from_ct * middle)).z() / std::max(k(0, 0), k(1, 1));
+}
+
+void measure(const Settings& settings, Record& record) {
+    const TriangleMesh mesh = solid_of(read_mesh(settings.model), settings.model).mesh;
+    const View view = read_views(std::vector<std::string>{settings.views}, ReadImages::required).views.front();
+    const RigidTransform pose = read_pose(settings.pose);
+    Image exact;
+    const double exact_ms = least_ms([&] { exact = exact_lengths(mesh, view.geometry, pose); });
+    const double pixel = pixel_mm(view, pose, bounds_of(mesh));
+    BackendOptions one_thread;
+    one_thread.cpu.threads = 1;
+    const auto backend = create_backend("cpu", one_thread).backend;
+    std::vector<double> spacings = settings.spacings_mm;
+    if (spacings.empty()) spacings = {2 * pixel, pixel, pixel / 2};
+    for (const double spacing_mm : spacings) {
+        Volume volume;
+        volume.grid = grid_around(bounds_of(mesh), spacing_mm, kMostVoxels);
+        volume.attenuation_per_mm = voxelize_mesh(mesh, volume.grid).share;
+        const auto session = backend->prepare({volume, std::vector<View>{view}, {}, {}});
+        Image drr;
+        const double drr_ms = least_ms([&] { drr = session->render(pose, 0); });
+        for (const double level : settings.levels_mm) {
+            std::vector<double> errors = outline_errors_px(exact, drr, level), sizes;
+            double sum = 0, squares = 0;
+            for (const double error : errors) {
+                sum += error;
+                squares += error * error;
+                sizes.push_back(std::abs(error));
+            }
+            std::ranges::sort(sizes);
+            const auto count = static_cast<double>(errors.size());
+            const double most = sizes[static_cast<std::size_t>(0.95 * (count - 1))];
+            std::cout << settings.model << ", voxels of " << spacing_mm << " mm (" << spacing_mm / pixel << " px), "
+                      << volume.attenuation_per_mm.size() / 1000000.0 << " million: outline at " << level
+                      << " mm, mean " << sum / count << ", rms " << std::sqrt(squares / count) << ", 95 % below "
+                      << most << " px, " << count << " crossings; DRR " << drr_ms << " ms, exact " << exact_ms
+                      << " ms (" << mesh.triangles.size() << " triangles)" << std::endl;
+            const std::string name = settings.model.substr(settings.model.find_last_of('/') + 1);
+            record.add({name, spacing_mm, spacing_mm / pixel, level, sum / count, std::sqrt(squares / count), most,
+                        drr_ms, exact_ms});
+        }
+    }
+}
+
+}  // namespace
+}  // namespace raylign::detail::bench
+
+int main(int argc, char** argv) {
+    using namespace raylign::detail::bench;
+    Record record(argc, argv, "Outlines of voxelized models against exact lengths",
+                  {"model", "voxels [mm]", "voxels [px]", "outline at a length of [mm]", "mean error [px]", "rms [px]",
+                   "95 % below [px]", "DRR, 1 thread [ms]", "exact lengths, 1 thread [ms]"});
+    Settings settings;
+    CLI::App app("Outlines of voxelized models");
+    app.add_option("model", settings.model)->required();
+    app.add_option("views", settings.views)->required();
+    app.add_option("pose", settings.pose)->required();
+    app.add_option("--spacing", settings.spacings_mm);
+    app.add_option("--level", settings.levels_mm);
+    CLI11_PARSE(app, argc, argv);
+    measure(settings, record);
+    record.write();
+}
