@@ -67,7 +67,7 @@ Residuals residuals_of(const SceneDescent& scene, const JointPrior& joint, const
                        std::span<const RegistrationResult> objects) {
     const std::size_t first = joint.limit.first, second = joint.limit.second;
     const auto centre_mm = [&](std::size_t k) {
-        return Eigen::Vector3d(objects[k].world_from_ct * scene.volumes[k].extent().centre_ct_mm);
+        return Eigen::Vector3d(objects[k].world_from_ct * scene.volumes[k]->extent().centre_ct_mm);
     };
     const JointResidual at = joint_residual(joint, objects[first].world_from_ct, objects[second].world_from_ct,
                                             centre_mm(first), centre_mm(second));
@@ -107,7 +107,7 @@ void update(const SceneDescent& scene, const Parts& parts, const Residuals& join
     for (std::size_t k = 0; k < objects.size(); ++k) {
         if (parts.at[k] < 0) continue;
         RegistrationResult& object = objects[k];
-        const ObjectExtent& extent = scene.volumes[k].extent();
+        const ObjectExtent& extent = scene.volumes[k]->extent();
         const Eigen::Vector3d centre_mm = object.world_from_ct * extent.centre_ct_mm;
         object.world_from_ct = exp_about(moved.segment<6>(parts.at[k]), centre_mm) * object.world_from_ct;
         const Matrix6 own = covariance.block<6, 6>(parts.at[k], parts.at[k]);

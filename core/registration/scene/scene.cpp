@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
@@ -19,8 +20,13 @@ constexpr double kAround_mm = 15, kAround_deg = 30;
 constexpr double kSamePlace_mm = 1;  // at the rim: ends closer than this are the same
 constexpr int kRounds = 2;           // of judging and moving together again
 
-/// What a search goes out from.
-enum class Around { the_scene, the_start };
+// Costs of all together, and then of an object, up to which no search looks for another place: what is explained
+// nowhere else is not explained twice. Right places of bones whose surroundings are no objects have 0.25 and more.
+constexpr double kSceneExplained = 0.15, kObjectExplained = 0.2;
+constexpr int kFinishLevels = 2;  // the expected error is told on the coarser one
+
+/// What a search goes out from; nothing: the object stays about where all together ended.
+enum class Around { nothing, the_scene, the_start };
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -76,8 +82,8 @@ void check_limits(std::span<const SceneObject> objects, std::span<const JointLim
 void set_joints(SceneDescent& scene, std::span<const std::string> names, std::span<const JointLimit> limits,
                 std::vector<std::string>& decisions) {
     for (const JointLimit& limit : limits) {
-        const JointPrior& joint = scene.joints.emplace_back(
-            make_joint_prior(limit, scene.volumes[limit.first].sample(), scene.volumes[limit.second].sample(), names));
+        const JointPrior& joint = scene.joints.emplace_back(make_joint_prior(
+            limit, scene.volumes[limit.first]->sample(), scene.volumes[limit.second]->sample(), names));
         const JointMotion motion =
             joint_motion(joint, scene.starts_world_from_ct[limit.first], scene.starts_world_from_ct[limit.second]);
         if (motion.shift_mm.norm() <= limit.apart_mm) continue;
@@ -93,27 +99,16 @@ RegistrationOptions alone(const RegistrationOptions& options, Around around) {
     one.content = Content::part;
     one.suspect_mirrored = false;  // of a part among others nothing else would be said
     one.rotation_centre_ct_mm.reset();
+    if (around == Around::nothing) {
+        one.search.mode = Search::none;
+        one.levels = std::min(one.levels.value_or(kFinishLevels), kFinishLevels);
+    }
     if (one.search.mode == Search::automatic) one.search.mode = Search::near;
     if (around == Around::the_scene && one.search.mode == Search::near) {
         one.search.range_mm = std::min(one.search.range_mm.value_or(kAround_mm), kAround_mm);
         one.search.range_deg = std::min(one.search.range_deg.value_or(kAround_deg), kAround_deg);
     }
     return one;
-}
-
-/// The views less what all objects but `kept` show.
-std::vector<View> remainder(const SceneDescent& scene, std::size_t kept) {
-    std::vector<View> views(scene.views.begin(), scene.views.end());
-    for (std::size_t v = 0; v < views.size(); ++v) {
-        for (std::size_t k = 0; k < scene.world_from_ct.size(); ++k) {
-            if (k == kept) continue;
-            const Image& drr = scene.full_drrs[k][v];
-            const auto gain = static_cast<float>(scene.gains[v]);
-            std::ranges::transform(views[v].image.pixels, drr.pixels, views[v].image.pixels.begin(),
-                                   [gain](float x, float d) { return x - gain * d; });
-        }
-    }
-    return views;
 }
 
 /// A result that says why there is none.
@@ -130,19 +125,29 @@ RegistrationResult not_judged(const SceneObject& object, const RigidTransform& w
 
 /// An object against what the others leave of the X-rays.
 RegistrationResult register_alone(SceneDescent& scene, std::size_t k, const SceneObject& object, Around around) {
-    const RigidTransform& from = around == Around::the_scene ? scene.world_from_ct[k] : object.start_world_from_ct;
+    const RigidTransform& from = around == Around::the_start ? object.start_world_from_ct : scene.world_from_ct[k];
     try {
         RegistrationOptions options = alone(scene.options, around);
         if (object.is_rest) options.search.mode = Search::none;
         if (options.time_limit_s) options.time_limit_s = std::max(1e-3, *options.time_limit_s - elapsed_s(scene));
-        RegistrationResult result = register_resident(scene.volumes[k], remainder(scene, k), from, options,
-                                                      {{}, scene.control.stop, scene.control.meanwhile});
+        RegistrationResult result = register_resident(*scene.volumes[k], remainder(scene.views, scene.shown, k), from,
+                                                      options, {{}, scene.control.stop, scene.control.meanwhile});
         result.start_world_from_ct = object.start_world_from_ct;
         return result;
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::input) throw;
         return not_judged(object, scene.world_from_ct[k], error.what());
     }
+}
+
+/// An object where all together ended: without a search where nearly all of the X-rays is explained, by all and by it.
+RegistrationResult judged(SceneDescent& scene, std::size_t k, const SceneObject& object) {
+    const bool is_sought = scene.options.search.mode == Search::automatic || scene.options.search.mode == Search::near;
+    if (is_sought && scene.cost_final < kSceneExplained) {
+        RegistrationResult result = register_alone(scene, k, object, Around::nothing);
+        if (result.ok && result.cost_final < kObjectExplained) return result;
+    }
+    return register_alone(scene, k, object, Around::the_scene);
 }
 
 /// Finishes and judges every object that moves.
@@ -153,13 +158,13 @@ void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneR
         if (objects[k].mobility == Mobility::stays) {
             result.objects.push_back(not_judged(objects[k], scene.world_from_ct[k], {}));
         } else {
-            result.objects.push_back(register_alone(scene, k, objects[k], Around::the_scene));
+            result.objects.push_back(judged(scene, k, objects[k]));
         }
     }
 }
 
 double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
-    return apart_mm(world_from_ct, scene.world_from_ct[k], scene.volumes[k].extent());
+    return apart_mm(world_from_ct, scene.world_from_ct[k], scene.volumes[k]->extent());
 }
 
 /// Takes over what objects found alone, elsewhere than all together, where the scene explains the X-rays better with
@@ -200,7 +205,7 @@ void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> ob
     const double range_mm = search.range_mm.value_or(kNearRange_mm);
     for (std::size_t k = 0; k < objects.size(); ++k) {
         if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
-        const Eigen::Vector3d centre_ct = scene.volumes[k].extent().centre_ct_mm;
+        const Eigen::Vector3d centre_ct = scene.volumes[k]->extent().centre_ct_mm;
         const double shift_mm =
             (result.objects[k].world_from_ct * centre_ct - objects[k].start_world_from_ct * centre_ct).norm();
         if (shift_mm <= range_mm) continue;
@@ -215,13 +220,27 @@ void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> ob
 SceneResult register_scene(std::span<const SceneObject> objects, std::span<const View> views,
                            const RegistrationOptions& options, Backend& backend, const RunControl& control,
                            std::span<const JointLimit> limits) {
-    const auto begin = std::chrono::steady_clock::now();
     check_scene_options(objects, options, backend);
     check_limits(objects, limits);
     check_views(views);
+    std::deque<ResidentVolume> resident;
+    std::vector<ResidentVolume*> volumes;
+    for (const SceneObject& object : objects) {
+        volumes.push_back(&resident.emplace_back(object.volume, options.render, backend));
+    }
+    return register_resident_scene(objects, volumes, views, options, control, limits);
+}
+
+SceneResult register_resident_scene(std::span<const SceneObject> objects, std::span<ResidentVolume* const> volumes,
+                                    std::span<const View> views, const RegistrationOptions& options,
+                                    const RunControl& control, std::span<const JointLimit> limits) {
+    const auto begin = std::chrono::steady_clock::now();
+    check_scene_options(objects, options, volumes.front()->backend());
+    check_limits(objects, limits);
+    check_views(views);
     SceneDescent scene(views, options, control);
+    scene.volumes.assign(volumes.begin(), volumes.end());
     for (std::size_t k = 0; k < objects.size(); ++k) {
-        scene.volumes.emplace_back(objects[k].volume, options.render, backend);
         scene.starts_world_from_ct.push_back(objects[k].start_world_from_ct);
         if (objects[k].mobility == Mobility::moves) scene.moving.push_back(k);
         if (objects[k].mobility == Mobility::moves && !objects[k].is_rest) scene.guides.push_back(k);

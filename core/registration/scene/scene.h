@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/registration/object/resident_volume.h"
 #include "core/registration/scene/joint_update.h"
 #include "raylign/registration.h"
 
@@ -42,15 +43,22 @@ struct SceneResult {
 /// Registers objects together: the DRR of a view is the sum of the objects' DRRs, each at its own pose. All poses are
 /// moved at once by Levenberg-Marquardt (scene_level.h), coarse to fine, under weights that take out what no object
 /// explains. Then each object is finished and judged alone, against the X-rays less the others (times the gain that
-/// fits best): expected error and verdict are those of a part. One that is doubtful then is sought for around its start
-/// against that remainder; where the scene explains the X-rays better with what was found, all are moved together once
-/// more. An object that cannot be judged (no view shows it) is doubtful and says why; the others go on.
-/// `limits`: joints, which take part in every step (joints.h) and in the poses and expected errors (joint_update.h).
-/// Throws Error for no objects that move, names that stand twice, bad volumes and views, a method other than
-/// gauss-newton, options.refine_views, options out of range, and limits that contradict each other: one object at both
-/// ends, or two that stay, two limits of the same objects, and objects that are no neighbours.
+/// fits best), with a search near where it is unless nearly all is explained there: expected error and verdict are
+/// those of a part. One that is doubtful then is sought for around its start against that remainder; where the scene
+/// explains the X-rays better with what was found, all are moved together once more. An object that cannot be judged
+/// (no view shows it) is doubtful and says why; the others go on. `limits`: joints, which take part in every step
+/// (joints.h) and in the poses and expected errors (joint_update.h). Throws Error for no objects that move, names that
+/// stand twice, bad volumes and views, a method other than gauss-newton, options.refine_views, options out of range,
+/// and limits that contradict each other: one object at both ends, or two that stay, two limits of the same objects,
+/// and objects that are no neighbours.
 [[nodiscard]] SceneResult register_scene(std::span<const SceneObject> objects, std::span<const View> views,
                                          const RegistrationOptions& options, Backend& backend,
                                          const RunControl& control = {}, std::span<const JointLimit> limits = {});
+
+/// The same on volumes that stay resident, one per object and made of its volume.
+[[nodiscard]] SceneResult register_resident_scene(std::span<const SceneObject> objects,
+                                                  std::span<ResidentVolume* const> volumes, std::span<const View> views,
+                                                  const RegistrationOptions& options, const RunControl& control = {},
+                                                  std::span<const JointLimit> limits = {});
 
 }  // namespace raylign::detail

@@ -12,10 +12,12 @@ namespace raylign::detail {
 namespace {
 
 constexpr double kStep_px = 25;  // longest step of an object at its rim
-constexpr double kTolerance_coarse_px = 2e-2, kTolerance_finest_px = 2e-3;
-constexpr double kLeastDecrease_coarse = 1e-6, kLeastDecrease_finest = 1e-9;
+// Each object is finished alone, far below this, against what the others leave at the poses found here.
+constexpr double kTolerance_coarse_px = 2e-2, kTolerance_finest_px = 5e-3;
+constexpr double kLeastDecrease_coarse = 1e-6, kLeastDecrease_finest = 1e-8;
 constexpr int kRobustRounds = 3;
-constexpr double kFineShare = 0.25;  // of the filter's width: a bone's fine edges are its own, wide ones are not
+constexpr double kRobustSettled_px = 0.02;  // a renewal of weights that moves no object's rim farther is the last
+constexpr double kFineShare = 0.25;         // of the filter's width: a bone's fine edges are its own, wide ones are not
 constexpr double kLeastSigma_px = 0.5;
 
 /// One level for all: the pyramid of the object that allows the fewest levels.
@@ -24,9 +26,9 @@ struct ScenePlan {
     std::vector<int> volume_halvings;  ///< per object
 };
 
-std::vector<LevelPlan> plan_of(SceneDescent& scene, std::size_t k, const GradientFilter& filter) {
-    const ResidentVolume& volume = scene.volumes[k];
-    return plan_levels(volume.volume(), scene.views, scene.world_from_ct[k], volume.extent(), filter,
+std::vector<LevelPlan> plan_of(const SceneDescent& scene, std::span<const View> views, std::size_t k) {
+    const ResidentVolume& volume = *scene.volumes[k];
+    return plan_levels(volume.volume(), views, scene.world_from_ct[k], volume.extent(), scene.options.similarity.filter,
                        scene.options.levels);
 }
 
@@ -38,10 +40,9 @@ int halvings_like(const std::vector<LevelPlan>& own, const LevelPlan& plan) {
     return std::ranges::min_element(own, {}, distance)->volume_halvings;
 }
 
-std::vector<ScenePlan> plan_scene(SceneDescent& scene) {
-    const GradientFilter& filter = scene.options.similarity.filter;
+std::vector<ScenePlan> plan_scene(const SceneDescent& scene, std::span<const View> views) {
     std::vector<std::vector<LevelPlan>> own;
-    for (std::size_t k = 0; k < scene.volumes.size(); ++k) own.push_back(plan_of(scene, k, filter));
+    for (std::size_t k = 0; k < scene.volumes.size(); ++k) own.push_back(plan_of(scene, views, k));
     const std::size_t guide = *std::ranges::min_element(scene.guides, {}, [&](std::size_t k) { return own[k].size(); });
     std::vector<ScenePlan> plans;
     for (const LevelPlan& images : own[guide]) {
@@ -62,7 +63,7 @@ SceneLevel make_level(SceneDescent& scene, const ScenePlan& plan, const Gradient
         level.views.push_back(std::move(view));
     }
     for (std::size_t k = 0; k < scene.volumes.size(); ++k) {
-        level.objects.emplace_back(scene.volumes[k], plan.volume_halvings[k], level.views, level.similarity,
+        level.objects.emplace_back(*scene.volumes[k], plan.volume_halvings[k], level.views, level.similarity,
                                    level.pixel_at_object_mm);
         level.objects.back().show(scene.world_from_ct[k]);
     }
@@ -104,7 +105,7 @@ private:
         std::vector<JointEnd> ends(cast.world_from_ct.size());
         for (std::size_t i = 0; i < cast.moving.size(); ++i) {
             const std::size_t k = cast.moving[i];
-            const ObjectExtent& extent = scene_.volumes[k].extent();
+            const ObjectExtent& extent = scene_.volumes[k]->extent();
             ends[k] = {static_cast<Eigen::Index>(6 * i), cast.world_from_ct[k] * extent.centre_ct_mm, extent.radius_mm};
         }
         return ends;
@@ -115,23 +116,33 @@ private:
     double noise_;
 };
 
+/// Where a descent begins and ends.
+enum class Approach {
+    from_afar,  ///< from a coarser level
+    renewed,    ///< from near its end, under new weights
+    to_the_end,
+};
+
+LevenbergMarquardtOptions descent_options(const SceneDescent& scene, double pixel_mm, Approach approach) {
+    const bool is_last = approach == Approach::to_the_end;
+    return {.max_step = kStep_px * pixel_mm * std::sqrt(static_cast<double>(scene.moving.size())),
+            .step_tolerance = (is_last ? kTolerance_finest_px : kTolerance_coarse_px) * pixel_mm,
+            .decrease_tolerance = is_last ? kLeastDecrease_finest : kLeastDecrease_coarse,
+            .max_iterations = scene.options.max_iterations_per_level,
+            .learns = approach != Approach::from_afar};
+}
+
 /// Moves the poses on this level until the cost no longer falls.
-void optimize(SceneDescent& scene, SceneLevel& level, bool is_finest) {
-    const double pixel_mm = level.pixel_at_object_mm;
-    const LevenbergMarquardtOptions options{
-        .max_step = kStep_px * pixel_mm * std::sqrt(static_cast<double>(scene.moving.size())),
-        .step_tolerance = (is_finest ? kTolerance_finest_px : kTolerance_coarse_px) * pixel_mm,
-        .decrease_tolerance = is_finest ? kLeastDecrease_finest : kLeastDecrease_coarse,
-        .max_iterations = scene.options.max_iterations_per_level};
+void optimize(SceneDescent& scene, SceneLevel& level, Approach approach) {
     SceneCast cast{scene.world_from_ct, scene.moving};
     JointScene jointed(scene, level);
-    LevenbergMarquardtSearch search(jointed.model(cast), options);
+    LevenbergMarquardtSearch search(jointed.model(cast), descent_options(scene, level.pixel_at_object_mm, approach));
     while (!search.done() && !is_over(scene)) {
         SceneCast trial = cast;
         for (std::size_t i = 0; i < cast.moving.size(); ++i) {
             const std::size_t k = cast.moving[i];
             const Eigen::VectorXd own = search.step().segment<6>(static_cast<Eigen::Index>(6 * i));
-            trial.world_from_ct[k] = make_pose_space(cast.world_from_ct[k], scene.volumes[k].extent()).pose(own);
+            trial.world_from_ct[k] = make_pose_space(cast.world_from_ct[k], scene.volumes[k]->extent()).pose(own);
         }
         if (search.take(jointed.model(trial))) cast = trial;
     }
@@ -150,25 +161,34 @@ GradientFilter fine(const GradientFilter& filter) {
 
 /// DRRs of the views as given at the poses, and their gain: what others are judged against.
 void show_in_full(SceneDescent& scene, const SceneLevel& level) {
-    scene.gains = scene_gains(level);
-    scene.full_drrs.clear();
+    scene.shown = {{}, scene_gains(level)};
     std::vector<View> bare(scene.views.begin(), scene.views.end());
     for (View& view : bare) view.image = view.weights = {};
     for (std::size_t k = 0; k < scene.volumes.size(); ++k) {
-        const auto session = scene.volumes[k].session(0, bare, level.similarity);
-        std::vector<Image>& drrs = scene.full_drrs.emplace_back();
+        const auto session = scene.volumes[k]->session(0, bare, level.similarity);
+        std::vector<Image>& drrs = scene.shown.drrs.emplace_back();
         for (std::size_t v = 0; v < bare.size(); ++v) drrs.push_back(session->render(scene.world_from_ct[k], v));
     }
 }
 
-/// The finest level with a fine filter and robust weights.
+double farthest_mm(const SceneDescent& scene, std::span<const RigidTransform> before) {
+    double farthest = 0;
+    for (const std::size_t k : scene.moving) {
+        farthest = std::max(farthest, apart_mm(before[k], scene.world_from_ct[k], scene.volumes[k]->extent()));
+    }
+    return farthest;
+}
+
+/// The finest level with a fine filter and robust weights, renewed until they settle.
 void finish_on(SceneDescent& scene, const ScenePlan& plan) {
     SceneLevel level = make_level(scene, plan, fine(scene.options.similarity.filter));
-    for (int round = 0; round < kRobustRounds && !scene.stopped_by; ++round) {
-        if (scene.options.robust) reweigh_scene(level);
-        optimize(scene, level, true);
-        if (!scene.options.robust) break;
+    for (int round = 1; scene.options.robust && round <= kRobustRounds && !scene.stopped_by; ++round) {
+        const std::vector<RigidTransform> before = scene.world_from_ct;
+        reweigh_scene(level);
+        optimize(scene, level, Approach::renewed);
+        if (farthest_mm(scene, before) < kRobustSettled_px * level.pixel_at_object_mm) break;
     }
+    if (!scene.stopped_by) optimize(scene, level, Approach::to_the_end);
     show_in_full(scene, level);
     scene.cost_initial = scene_cost(level, scene.starts_world_from_ct);
 }
@@ -176,16 +196,16 @@ void finish_on(SceneDescent& scene, const ScenePlan& plan) {
 }  // namespace
 
 void descend_together(SceneDescent& scene) {
-    const std::vector<ScenePlan> plans = plan_scene(scene);
+    const std::vector<ScenePlan> plans = plan_scene(scene, scene.views);
     for (const ScenePlan& plan : plans) {
         const bool is_last = &plan == &plans.back();
         if (is_last || is_over(scene)) break;
         SceneLevel level = make_level(scene, plan, plan.images.filter);
-        optimize(scene, level, false);
+        optimize(scene, level, Approach::from_afar);
         show_scene_progress(scene, 0.4 * static_cast<double>(&plan - plans.data() + 1) / plans.size());
         if (!scene.options.robust) continue;
         reweigh_scene(level);
-        optimize(scene, level, false);
+        optimize(scene, level, Approach::renewed);
     }
     finish_on(scene, plans.back());
 }
@@ -202,10 +222,22 @@ void show_scene_progress(const SceneDescent& scene, double fraction) {
                                .remaining_s = elapsed_s(scene) * (1 - fraction) / std::max(fraction, 1e-3)});
 }
 
-void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene).back()); }
+void follow_together(SceneDescent& scene, int coarser_by) {
+    std::vector<View> bare;  // as in strategy/follow.cpp: whether masks leave enough is seen when the level is made
+    for (const View& view : scene.views) bare.push_back({view.name, view.geometry, {}, {}});
+    const std::vector<ScenePlan> plans = plan_scene(scene, bare);
+    const std::ptrdiff_t last = std::ssize(plans) - 1;
+    const ScenePlan& plan = plans[static_cast<std::size_t>(last - std::min<std::ptrdiff_t>(last, coarser_by))];
+    SceneLevel level = make_level(scene, plan, fine(scene.options.similarity.filter));
+    if (scene.options.robust) reweigh_scene(level);
+    if (!scene.moving.empty()) optimize(scene, level, Approach::renewed);
+    show_in_full(scene, level);
+}
+
+void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene, scene.views).back()); }
 
 bool try_pose(SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
-    SceneLevel level = make_level(scene, plan_scene(scene).back(), fine(scene.options.similarity.filter));
+    SceneLevel level = make_level(scene, plan_scene(scene, scene.views).back(), fine(scene.options.similarity.filter));
     std::vector<RigidTransform> poses = scene.world_from_ct;
     const JointScene jointed(scene, level);
     const double before = scene_cost(level, poses) + jointed.share(poses);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <chrono>
-#include <deque>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "core/registration/object/resident_volume.h"
 #include "core/registration/scene/joints.h"
+#include "core/registration/scene/remainder.h"
 #include "core/registration/scene/scene_level.h"
 #include "raylign/registration.h"
 
@@ -16,19 +16,18 @@ namespace raylign::detail {
 
 /// What all steps of one scene share.
 struct SceneDescent {
-    SceneDescent(std::span<const View> shown, const RegistrationOptions& chosen, const RunControl& watched)
-        : views(shown), options(chosen), control(watched) {}
+    SceneDescent(std::span<const View> seen, const RegistrationOptions& chosen, const RunControl& watched)
+        : views(seen), options(chosen), control(watched) {}
 
     std::span<const View> views;
     const RegistrationOptions& options;
     const RunControl& control;
-    std::deque<ResidentVolume> volumes;                               ///< per object
+    std::vector<ResidentVolume*> volumes;                             ///< per object; borrowed
     std::vector<RigidTransform> starts_world_from_ct, world_from_ct;  ///< per object; the second: the best so far
     std::vector<std::size_t> moving, guides;  ///< those that move; those of them that say how coarse to begin
     std::vector<JointPrior> joints;
-    std::vector<std::vector<Image>> full_drrs;  ///< per object and view at these poses, of the views as given
-    std::vector<double> gains;                  ///< per view, of the sum of them
-    double cost_initial = 0, cost_final = 0;    ///< on the finest level
+    Shown shown;                              ///< at these poses
+    double cost_initial = 0, cost_final = 0;  ///< on the finest level
     int iterations = 0;
     std::optional<std::string> stopped_by;  ///< why it ended early
     std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
@@ -36,6 +35,11 @@ struct SceneDescent {
 
 /// Moves all objects together, coarse to fine.
 void descend_together(SceneDescent& scene);
+
+/// Moves all objects together from poses that are right to about a millimetre, as predictions from frames before are:
+/// one level, `coarser_by` above the finest as far as there are any, with a fine filter and the robust weights of
+/// these poses. Where none moves they are only shown.
+void follow_together(SceneDescent& scene, int coarser_by);
 
 /// The finest level once more, from the poses as they are.
 void finish_together(SceneDescent& scene);
