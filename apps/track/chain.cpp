@@ -36,6 +36,7 @@ TrackFrame Chain::in_time(TrackFrame frame) const {
 
 void Chain::begin_with(const TrackFrame& frame) {
     tracker_.recall(in_time(frame));
+    prospect_.remember(frame);
     last_ = frame.frame;
 }
 
@@ -52,7 +53,9 @@ bool Chain::comes_back(const TrackFrame& found) const {
     return apart_mm(found.world_from_ct, before->frame.world_from_ct, extent_) < kSamePose_mm;
 }
 
-TrackFrame Chain::next(int frame, const std::vector<std::string>& sha256, const std::function<const Instant&()>& images,
+Expectation Chain::expectation(int frame) const { return {prospect_.whereabouts(), tracker_.predicted(sign_ * frame)}; }
+
+TrackFrame Chain::next(int frame, const std::vector<std::string>& sha256, const std::function<Sight()>& look,
                        const RunControl& control) {
     const JournalRow* known = known_row(frame, sha256);
     was_recalled_ = known != nullptr;
@@ -62,14 +65,15 @@ TrackFrame Chain::next(int frame, const std::vector<std::string>& sha256, const 
         agreed_ = agreed_ || known->agrees;
         tracker_.recall(in_time(found));
     } else {
-        const Instant& instant = images();
-        found = in_time(instant.gap.empty() ? tracker_.feed(sign_ * frame, instant.views, control)
-                                            : tracker_.skip(sign_ * frame, instant.gap));
+        const Sight sight = look();
+        found = in_time(sight.gap.empty() ? tracker_.feed(sign_ * frame, sight.views, control)
+                                          : tracker_.skip(sign_ * frame, sight.gap));
         if (control.stop.stop_requested()) throw Interrupted("interrupted: no file was changed");
         is_new_ = true;
         agreed_ = comes_back(found);
         journal_.append({object_.name, name_, last_, agreed_, sha256, found});
     }
+    prospect_.remember(found);
     last_ = frame;
     return found;
 }

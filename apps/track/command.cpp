@@ -9,6 +9,7 @@
 #include "apps/shared/interrupt.h"
 #include "apps/shared/options.h"
 #include "apps/shared/outputs.h"
+#include "apps/shared/saturation.h"
 #include "apps/track/config.h"
 #include "apps/track/pictures.h"
 #include "apps/track/report.h"
@@ -18,6 +19,7 @@
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"
 #include "core/io/files/output.h"
+#include "core/tracking/company.h"
 
 namespace raylign::detail::apps {
 namespace {
@@ -132,6 +134,23 @@ void settle_step(TrackCommandOptions& options) {
     step = 0;
 }
 
+/// Why several objects cannot be explained together; "" = they can.
+std::string apart_because(const TrackOptions& track, const Backend& backend, const TrackInputs& inputs) {
+    if (!Company::is_possible(track, backend)) return "together needs gauss-newton and a backend with derivatives";
+    const std::optional<double> ceiling = parse_saturation(inputs.saturation);
+    const bool may_saturate = ceiling ? std::isfinite(*ceiling) : inputs.has_metal;
+    return may_saturate ? "what a saturated detector shows of several does not add up (--saturation none)" : "";
+}
+
+/// Several objects are explained together unless that is not wanted or not possible.
+void settle_together(const TrackCommandOptions& options, const TrackOptions& track, const Backend& backend,
+                     TrackInputs& inputs) {
+    if (inputs.objects.size() < 2 || options.is_alone) return;
+    const std::string why_not = apart_because(track, backend, inputs);
+    inputs.is_together = why_not.empty();
+    if (!inputs.is_together) inputs.notes.push_back("each bone is tracked as if the others were not there: " + why_not);
+}
+
 int run_track_command(const TrackCommandOptions& given, const Invocation& invocation) {
     const auto begin = Clock::now();
     TrackCommandOptions options = given;
@@ -142,8 +161,9 @@ int run_track_command(const TrackCommandOptions& given, const Invocation& invoca
     (void)track_options(options, 1);  // checks names first: that is cheap
     (void)parse_smooth(options.smooth);
     BackendChoice choice = choose_backend(options.backend);
-    const TrackInputs inputs = read_track_inputs(options);
+    TrackInputs inputs = read_track_inputs(options);
     TrackOptions track = track_options(options, inputs.frame_step);
+    settle_together(options, track, *choice.backend, inputs);
     const std::filesystem::path& output = options.output.folder;
     refuse_to_overwrite(all_inputs(inputs), output, output_file_names(inputs));
     OutputFolder folder(output);  // before the work: an unwritable folder should not cost a run
@@ -238,6 +258,11 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
                   "Register every frame in full, at ten times the time; default: frames whose\n"
                   "neighbours are sure are found on one level")
         ->group(kSearchGroup);
+    command
+        .add_flag("--alone", options.is_alone,
+                  "Track each bone as if the others were not there; default: several are explained\n"
+                  "together, so that one over another is no disturbance")
+        ->group(kMethodGroup);
     describe(
         command.add_option("--smooth", options.smooth,
                            "Also leave trajectory_smooth.csv, a spline weighted by the expected errors: none, auto\n"

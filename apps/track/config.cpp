@@ -52,6 +52,7 @@ std::string track_config(const TrackCommandOptions& options, const TrackInputs& 
         {"thorough", options.is_thorough},
         {"depth_change_mm", options.depth_change_mm},
         {"frame_step", inputs.frame_step}};
+    if (inputs.is_together) json["together"] = true;  // what one object's journal says stays as it was
     for (const ObjectFlags& object : objects) {
         json["objects"].push_back({{"name", object.name}, {"volume", volume_settings(object.volume)}});
     }

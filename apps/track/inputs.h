@@ -31,9 +31,10 @@ struct TrackInputs {
     std::vector<std::pair<std::size_t, std::size_t>> joints;  ///< proximal, distal: positions in objects
     ViewsFile views;                                          ///< with lists of frames, without images
     std::vector<FrameSet> frames;
-    std::string saturation;  ///< as --saturation says it
-    bool has_metal = false;  ///< one of the objects is a model of metal
-    double frame_step = 1;   ///< usual distance of two numbers
+    std::string saturation;    ///< as --saturation says it
+    bool has_metal = false;    ///< one of the objects is a model of metal
+    double frame_step = 1;     ///< usual distance of two numbers
+    bool is_together = false;  ///< the objects are explained together; else each as if the others were not there
     std::vector<std::string> notes;
     std::vector<std::filesystem::path> files;  ///< every file read, without the frames
     InputHashes hashes;                        ///< of them

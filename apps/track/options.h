@@ -32,6 +32,7 @@ struct TrackCommandOptions {
     double max_jump_mm = 0;
     bool is_thorough = false;         ///< every frame in full
     double depth_change_mm = 0;       ///< 0 = unknown
+    bool is_alone = false;            ///< each object as if the others were not there
     std::string smooth = "none";      ///< none, auto or a strength
     std::vector<std::string> joints;  ///< PROXIMAL,DISTAL
     std::string cardan = "XYZ";

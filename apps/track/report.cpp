@@ -204,6 +204,7 @@ std::string track_json(const TrackReport& report) {
                 {"read_frames", report.record.read_s},
                 {"track", report.record.track_s}}},
               {"recover", report.options.recover},
+              {"together", inputs.is_together},
               {"notes", report.notes}};
     for (const TrackObject& object : inputs.objects) json["objects"].push_back(object_json(report, object));
     json["joints"] = Json::array();

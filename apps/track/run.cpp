@@ -158,7 +158,12 @@ public:
           record_(record),
           reader_(inputs, record),
           bar_(show),
-          found_(inputs.frames.size(), std::vector<std::optional<TrackFrame>>(inputs.objects.size())) {}
+          found_(inputs.frames.size(), std::vector<std::optional<TrackFrame>>(inputs.objects.size())) {
+        if (!inputs.is_together) return;
+        std::vector<const Volume*> volumes;
+        for (const TrackObject& object : inputs.objects) volumes.push_back(&object.volume);
+        company_.emplace(volumes, options, backend);
+    }
 
     void run() {
         hashes_.resize(inputs_.frames.size());
@@ -186,21 +191,47 @@ private:
             hashes_[i] = hash_frames(inputs_.frames[i], record_);
             std::vector<std::optional<TrackFrame>> rows(chains.size());
             std::size_t recalled = 0;
+            for (std::size_t o = 0; o < chains.size(); ++o) begin_chain(o, inputs_.frames[i].number, chains[o]);
+            const std::vector<Expectation> expected = expectations(chains, inputs_.frames[i].number);
+            has_met_ = false;
             for (std::size_t o = 0; o < chains.size(); ++o) {
-                const TrackObject& object = inputs_.objects[o];
-                const auto key = object.keys.find(inputs_.frames[i].number);
-                if (key != object.keys.end()) {
-                    chains[o].reset();  // its resident volume makes room first
-                    chains[o].emplace(object,
-                                      Chain::Key{key->first, key->second.world_from_ct, key->second.is_correction},
-                                      Direction::forwards, options_, backend_, journals_.frames);
-                }
                 if (!chains[o]) continue;
-                rows[o] = step(*chains[o], i);
+                rows[o] = step(*chains[o], i, o, expected);
                 recalled += chains[o]->was_recalled() ? 1 : 0;
             }
             take(i, std::move(rows), recalled);
         }
+    }
+
+    /// At a key frame.
+    void begin_chain(std::size_t o, int number, std::optional<Chain>& chain) {
+        const TrackObject& object = inputs_.objects[o];
+        const auto key = object.keys.find(number);
+        if (key == object.keys.end()) return;
+        chain.reset();  // its resident volume makes room first
+        chain.emplace(object, Chain::Key{key->first, key->second.world_from_ct, key->second.is_correction},
+                      Direction::forwards, options_, backend_, journals_.frames);
+    }
+
+    /// What the frames before say of all objects in the next: whether rows are found or recalled, they say the same.
+    static std::vector<Expectation> expectations(const std::vector<std::optional<Chain>>& chains, int frame) {
+        std::vector<Expectation> expected(chains.size());
+        for (std::size_t o = 0; o < chains.size(); ++o) {
+            if (chains[o]) expected[o] = chains[o]->expectation(frame);
+        }
+        return expected;
+    }
+
+    /// On the way backwards the others are where they were found.
+    std::vector<Expectation> expectations(const Chain& chain, std::size_t object, std::size_t at) const {
+        std::vector<Expectation> expected(inputs_.objects.size());
+        for (std::size_t o = 0; o < expected.size(); ++o) {
+            const std::optional<TrackFrame>& found = found_[at][o];
+            const bool has_pose = found && (found->status == TrackStatus::ok || found->status == TrackStatus::doubtful);
+            if (has_pose) expected[o] = {Whereabouts::settled, found->world_from_ct};
+        }
+        expected[object] = chain.expectation(inputs_.frames[at].number);
+        return expected;
     }
 
     /// From each key frame to the one before, or to where it comes back to what was found forwards.
@@ -216,7 +247,8 @@ private:
                 for (std::size_t i = at; i-- > begin && !chain.has_agreed();) {
                     stop_if_asked();
                     std::vector<std::optional<TrackFrame>> rows(inputs_.objects.size());
-                    rows[object] = step(chain, i);
+                    has_met_ = false;
+                    rows[object] = step(chain, i, object, expectations(chain, object, i));
                     take(i, std::move(rows), chain.was_recalled() ? 1 : 0);
                 }
             }
@@ -224,11 +256,20 @@ private:
         }
     }
 
-    TrackFrame step(Chain& chain, std::size_t at) {
+    /// The frame as it is, or less what the other objects show.
+    Sight look(std::size_t at, std::size_t object, const std::vector<Expectation>& expected) {
+        const Instant& instant = reader_.read(at);
+        if (!company_ || !instant.gap.empty()) return {instant.gap, instant.views};
+        if (!has_met_) company_->meet(instant.views, expected, control_);
+        has_met_ = true;
+        return {"", company_->remainder(instant.views, object)};
+    }
+
+    TrackFrame step(Chain& chain, std::size_t at, std::size_t object, const std::vector<Expectation>& expected) {
         const auto begin = Clock::now();
         const double before_s = record_.read_s;
         TrackFrame frame = chain.next(
-            inputs_.frames[at].number, hashes_[at], [&]() -> const Instant& { return reader_.read(at); }, control_);
+            inputs_.frames[at].number, hashes_[at], [&] { return look(at, object, expected); }, control_);
         record_.track_s += seconds_since(begin) - (record_.read_s - before_s);
         return frame;
     }
@@ -263,6 +304,8 @@ private:
     const RunControl& control_;
     TrackRecord& record_;
     LazyReader reader_;
+    std::optional<Company> company_;
+    bool has_met_ = false;  ///< the company, in the frame that is worked on
     ProgressBar bar_;
     std::vector<std::vector<std::optional<TrackFrame>>> found_;  ///< [instant][object]
     std::vector<std::vector<std::string>> hashes_;               ///< [instant][view]

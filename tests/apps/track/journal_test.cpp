@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <sstream>
 
 #include "apps/track/options.h"
 #include "apps/track/run.h"
@@ -113,6 +114,33 @@ TEST_F(TrackJournalFile, TheSameCommandGoesOnAfterAKillWithTheSameBits) {
     other.insert(other.end(), {"--levels", "2"});
     EXPECT_THAT(run_raylign(other).out, Not(HasSubstr("earlier run"))) << "other options: nothing is taken over";
     EXPECT_TRUE(std::filesystem::exists(folder.path("track/track.journal.old")));
+}
+
+TEST_F(TrackJournalFile, BonesTogetherGoOnInTheMidstOfAFrameWithTheSameBits) {
+    scene.write_frames(1, 4);
+    EXPECT_EQ(run_raylign(scene.both()).exit_code, 0);
+    EXPECT_THAT(read_text(folder.path("track/track.json")), HasSubstr("\"together\": true"));
+    const auto once = read_trajectory(folder.path("track/trajectory.csv"));
+    std::istringstream lines(read_text(folder.path("track/track.journal")));
+    std::string kept;
+    for (int i = 0; i < 6; ++i) {  // settings, two frames of both, and the third of the first
+        std::string line;
+        std::getline(lines, line);
+        kept += line + "\n";
+    }
+    write_text_file(folder.path("track/track.journal"), kept);
+    const ProgramResult rest = run_raylign(scene.both());
+    EXPECT_THAT(rest.out, HasSubstr("5 of 8 rows are from an earlier run"));
+    const auto twice = read_trajectory(folder.path("track/trajectory.csv"));
+    ASSERT_EQ(once.size(), 8u);
+    ASSERT_EQ(twice.size(), 8u);
+    for (std::size_t i = 0; i < once.size(); ++i) {
+        EXPECT_EQ(once[i].frame.world_from_ct.rotation, twice[i].frame.world_from_ct.rotation) << i;
+        EXPECT_EQ(once[i].frame.world_from_ct.translation_mm, twice[i].frame.world_from_ct.translation_mm) << i;
+    }
+    const ProgramResult alone = run_raylign(scene.both({"--alone"}));
+    EXPECT_THAT(alone.out, Not(HasSubstr("earlier run"))) << "other settings";
+    EXPECT_THAT(read_text(folder.path("track/track.json")), HasSubstr("\"together\": false"));
 }
 
 TEST_F(TrackJournalFile, TwoRunsInOneFolderAreRefused) {
