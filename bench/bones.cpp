@@ -3,7 +3,7 @@
 // X-rays are ideal with quantum noise, or by an X-ray model (bones_scene.h). Success is told per object.
 //   raylign_bones [--trials N] [--first N] [--rest none|still|body] [--views 1|2] [--objects N] [--photons N] [--off
 //   MM]
-//                 [--moved N] [--alone] [--xray MODEL] [--joint MM,DEG] [--success MM] [--halvings N]
+//                 [--moved N] [--alone] [--xray MODEL] [--body MM,MM] [--joint MM,DEG] [--success MM] [--halvings N]
 //                 [--hemipelves FILE | --chest FILE [--labels FILE --names A,B]] [--json FILE]
 
 #include "bench/bones_scene.h"
@@ -146,6 +146,7 @@ void add_options(CLI::App& app, BonesSettings& settings) {
     app.add_option("--names", settings.names)->delimiter(',');
     app.add_option("--xray", settings.xray);
     app.add_option("--joint", settings.joint)->delimiter(',')->expected(2);
+    app.add_option("--body", settings.body_mm)->delimiter(',')->expected(2);
     app.add_flag("--alone", settings.alone);
 }
 

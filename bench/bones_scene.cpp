@@ -168,18 +168,18 @@ Image ideal_line_integral(const Body& body, const View& view, const std::vector<
     return sum;
 }
 
-/// Water in the shape of a body, about the origin, for bones that have none around them: an X-ray model's detector
-/// would be saturated beside them.
-Volume water_body(double spacing_mm) {
-    constexpr double kHalfWidth_mm = 90, kHalfDepth_mm = 130, kHalfHeight_mm = 150;
-    const int side = static_cast<int>(2 * kHalfHeight_mm / spacing_mm) + 1;
-    Volume water{centred_grid({side, side, side}, Eigen::Vector3d::Constant(spacing_mm)), {}};
+/// Water in the shape of a body of this width and depth, about the origin, for bones that have none around them: an
+/// X-ray model's detector would be saturated beside them.
+Volume water_body(double spacing_mm, const std::vector<double>& body_mm) {
+    constexpr double kHeight_mm = 300;
+    const Eigen::Vector3i size = (Eigen::Vector3d(body_mm[0], body_mm[1], kHeight_mm) / spacing_mm).cast<int>();
+    Volume water{centred_grid(size, Eigen::Vector3d::Constant(spacing_mm)), {}};
     const float per_mm = attenuation_from_hu(0, hu_presets().front());
-    for (int z = 0; z < side; ++z) {
-        for (int y = 0; y < side; ++y) {
-            for (int x = 0; x < side; ++x) {
+    for (int z = 0; z < size.z(); ++z) {
+        for (int y = 0; y < size.y(); ++y) {
+            for (int x = 0; x < size.x(); ++x) {
                 const Eigen::Vector3d at = water.grid.ct_from_voxel({double(x), double(y), double(z)});
-                const double inside = std::hypot(at.x() / kHalfWidth_mm, at.y() / kHalfDepth_mm);
+                const double inside = std::hypot(2 * at.x() / body_mm[0], 2 * at.y() / body_mm[1]);
                 water.attenuation_per_mm.push_back(inside < 1 ? per_mm : 0);
             }
         }
@@ -188,9 +188,9 @@ Volume water_body(double spacing_mm) {
 }
 
 /// The fine grids as one, for an X-ray model.
-Volume moved_body(const Body& body, const std::vector<RigidTransform>& truth) {
+Volume moved_body(const Body& body, const std::vector<RigidTransform>& truth, const std::vector<double>& body_mm) {
     Volume whole = body.fine_rest;
-    if (whole.grid.size.x() == 0) whole = water_body(body.bones.front().fine.grid.spacing_mm.minCoeff());
+    if (whole.grid.size.x() == 0) whole = water_body(body.bones.front().fine.grid.spacing_mm.minCoeff(), body_mm);
     for (std::size_t k = 0; k < body.bones.size(); ++k) {
         add_resampled(whole, body.pose, body.bones[k].fine, truth[k]);
     }
@@ -233,7 +233,7 @@ std::vector<View> take_xrays(const Body& body, const std::vector<RigidTransform>
     std::vector<View> views = test::biplane_views(256, body.field_mm);
     if (settings.views == 1) views = {views[static_cast<std::size_t>(body.lone_view)]};
     const bool is_ideal = settings.xray == "ideal";
-    const Volume moved = is_ideal ? Volume{} : moved_body(body, truth);
+    const Volume moved = is_ideal ? Volume{} : moved_body(body, truth, settings.body_mm);
     std::vector<XrayExposure> exposures;
     if (!is_ideal) {
         exposures = expose(xray_model(settings.xray), moved, hu_presets().front(), views, body.pose, backend);

@@ -15,6 +15,7 @@ struct BonesSettings {
     std::string rest = "none", hemipelves, chest, labels, xray = "ideal";
     std::vector<std::string> names;                                 ///< of the labels
     std::vector<double> joint;                                      ///< mm and degrees, of neighbours in order
+    std::vector<double> body_mm{340, 220};                          ///< width and depth, of bones without a body
     double photons = 1e5, moved = 5, off_mm = 5, success_mm = 0.5;  ///< moved: mm and degrees, per component
     int halvings = 1;                                               ///< of a CT, before it is registered
     bool alone = false;

@@ -3,15 +3,19 @@
 // water; two views of 512^2 pixels, 70 degrees apart, with spectrum, scatter, blur, noise and 8 bits of the model
 // biplane-lab.
 //   raylign_gait make FOLDER PELVIS [--first N] [--frames N] [--voxels N] [--pixels N]
-//   raylign_gait track FOLDER [--frames N] [--thorough] [--json FILE]
+//   raylign_gait track FOLDER [--frames N] [--thorough] [--together] [--json FILE]
 // make    leaves views.json, CAMERA/NNNN.tif, BONE.nii.gz (1/mm) and start_BONE.json (3 mm off)
-// track   follows both bones by the library: processor time a frame, apart from reading, which both share
-// The X-rays are rendered from a grid of their own, in which both bones lie as they have moved.
+// track   follows both bones by the library, each as if the other were not there or both together: processor time a
+//         bone and frame, apart from reading, which both share
+// RAYLIGN_LIST=1 lists every frame. The X-rays are rendered from a grid of their own, in which both bones lie as they
+// have moved.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
+#include <deque>
 #include <filesystem>
 #include <iostream>
 #include <numbers>
@@ -21,6 +25,7 @@
 #include "core/image/region.h"
 #include "core/io/images/counts.h"
 #include "core/registration/object/pose_space.h"
+#include "core/tracking/company.h"
 #include "raylign/backends.h"
 #include "raylign/io/frames.h"
 #include "raylign/io/pose.h"
@@ -41,7 +46,7 @@ const std::array<const char*, 2> kBones{"left", "right"};
 struct Settings {
     std::string folder, file;
     int first = 1, frames = 30, voxels = 256, pixels = 512;
-    bool is_thorough = false;
+    bool is_thorough = false, is_together = false;
 };
 
 /// The field at a point of ct: trilinear, 0 outside.
@@ -249,6 +254,16 @@ struct Tally {
         quick += found.quick;
         ok += found.status == TrackStatus::ok;
         wrong += found.status == TrackStatus::ok && errors_mm.back() > 1;
+        if (std::getenv("RAYLIGN_LIST")) list(found);
+    }
+    void list(const TrackFrame& found) const {
+        std::cout << "  frame " << found.frame << " " << status_name(found.status) << (found.quick ? " quick" : "")
+                  << (found.quick_agrees ? " both ways agree" : "") << ", off " << errors_mm.back() << " mm, jump "
+                  << found.jump_mm << " mm, costs";
+        for (const double cost : found.view_costs) std::cout << " " << cost;
+        std::cout << ", the quick way's";
+        for (const double cost : found.quick_view_costs) std::cout << " " << cost;
+        std::cout << std::endl;
     }
     void tell(const std::string& name, Record& record) const {
         std::cout << name << ": " << seconds.size() << " frames, quick " << quick << ", ok " << ok
@@ -265,34 +280,96 @@ struct Tally {
     }
 };
 
-/// One bone followed through the sequence.
-void follow_bone(const Settings& settings, std::size_t which, Record& record) {
-    const std::string name = kBones[which];
-    const std::string folder = settings.folder;
+ViewsFile views_of(const Settings& settings) {
     ViewsReadOptions reading;
     reading.images = ReadImages::frames;
-    reading.frames = {"cam1=" + folder + "/cam1", "cam2=" + folder + "/cam2"};
-    const ViewsFile views = read_views(std::vector<std::string>{folder + "/views.json"}, reading);
-    const Volume bone = read_volume(folder + "/" + name + ".nii.gz", {.is_attenuation = true}).volume;
-    const Volume window = crop(bone, box_of_object(bone));
-    const std::vector<Eigen::Vector3d> targets = default_targets_ct_mm(bone);
-    const Eigen::Vector3d centre_mm = object_extent(bone).centre_ct_mm;
-    const auto backend = create_backend("cpu").backend;
+    reading.frames = {"cam1=" + settings.folder + "/cam1", "cam2=" + settings.folder + "/cam2"};
+    return read_views(std::vector<std::string>{settings.folder + "/views.json"}, reading);
+}
+
+/// A bone of the sequence, and what came of it.
+struct Followed {
+    Followed(const Settings& settings, std::size_t index) : which(index), name(kBones[index]) {
+        const Volume bone = read_volume(settings.folder + "/" + name + ".nii.gz", {.is_attenuation = true}).volume;
+        window = crop(bone, box_of_object(bone));
+        targets = default_targets_ct_mm(bone);
+        centre_mm = object_extent(bone).centre_ct_mm;
+        start = read_pose(settings.folder + "/start_" + name + ".json");
+    }
+    std::size_t which;
+    std::string name;
+    Volume window;
+    std::vector<Eigen::Vector3d> targets;
+    Eigen::Vector3d centre_mm;
+    RigidTransform start;
+    Tally tally;
+};
+
+TrackOptions options_of(const Settings& settings) {
     TrackOptions options;
     options.quick = !settings.is_thorough;
-    Tracker tracker(window, read_pose(folder + "/start_" + name + ".json"), options, *backend);
+    return options;
+}
+
+std::string title(const Settings& settings, const std::string& bone) {
+    return bone + (settings.is_together ? ", together" : "") + (settings.is_thorough ? ", every frame in full" : "");
+}
+
+/// One bone followed through the sequence.
+void follow_bone(const Settings& settings, std::size_t which, Record& record) {
+    Followed bone(settings, which);
+    const ViewsFile views = views_of(settings);
+    const auto backend = create_backend("cpu").backend;
+    Tracker tracker(bone.window, bone.start, options_of(settings), *backend);
     InstantReader reader(views);
-    Tally tally;
     for (const FrameSet& frames : pair_frames(views, {1, settings.frames, 1})) {
         const double begin = processor_s();
         const Instant instant = reader.read(frames);
         const double between = processor_s();
         const TrackFrame found = tracker.feed(frames.number, instant.views);
-        tally.read_s.push_back(between - begin);
-        tally.seconds.push_back(processor_s() - between);
-        tally.take(found, pose_at(frames.number, which, centre_mm), targets);
+        bone.tally.read_s.push_back(between - begin);
+        bone.tally.seconds.push_back(processor_s() - between);
+        bone.tally.take(found, pose_at(frames.number, which, bone.centre_mm), bone.targets);
     }
-    tally.tell(name + (options.quick ? "" : ", every frame in full"), record);
+    bone.tally.tell(title(settings, bone.name), record);
+}
+
+/// Both, as `raylign track` does; what they have in common counts half for each.
+void follow_both(const Settings& settings, Record& record) {
+    std::deque<Followed> bones;
+    std::deque<Tracker> trackers;
+    std::vector<const Volume*> volumes;
+    const auto backend = create_backend("cpu").backend;
+    for (std::size_t b = 0; b < kBones.size(); ++b) {
+        Followed& bone = bones.emplace_back(settings, b);
+        volumes.push_back(&bone.window);
+        trackers.emplace_back(bone.window, bone.start, options_of(settings), *backend);
+    }
+    Company company(volumes, options_of(settings), *backend);
+    std::vector<Prospect> prospects(bones.size());
+    const ViewsFile views = views_of(settings);
+    InstantReader reader(views);
+    for (const FrameSet& frames : pair_frames(views, {1, settings.frames, 1})) {
+        const double begin = processor_s();
+        const Instant instant = reader.read(frames);
+        const double read_s = processor_s() - begin;
+        std::vector<Expectation> expected;
+        for (std::size_t b = 0; b < bones.size(); ++b) {
+            expected.push_back({prospects[b].whereabouts(), trackers[b].predicted(frames.number)});
+        }
+        double shared_s = processor_s();
+        company.meet(instant.views, expected, {});
+        shared_s = processor_s() - shared_s;
+        for (std::size_t b = 0; b < bones.size(); ++b) {
+            const double between = processor_s();
+            const TrackFrame found = trackers[b].feed(frames.number, company.remainder(instant.views, b));
+            prospects[b].remember(found);
+            bones[b].tally.read_s.push_back(read_s);
+            bones[b].tally.seconds.push_back(processor_s() - between + shared_s / static_cast<double>(bones.size()));
+            bones[b].tally.take(found, pose_at(frames.number, b, bones[b].centre_mm), bones[b].targets);
+        }
+    }
+    for (const Followed& bone : bones) bone.tally.tell(title(settings, bone.name), record);
 }
 
 }  // namespace
@@ -318,12 +395,16 @@ int main(int argc, char** argv) {
     tracking.add_option("folder", settings.folder)->required();
     tracking.add_option("--frames", settings.frames);
     tracking.add_flag("--thorough", settings.is_thorough);
+    tracking.add_flag("--together", settings.is_together);
     app.require_subcommand(1);
     CLI11_PARSE(app, argc, argv);
     if (maker.parsed()) {
         make(settings);
         return 0;
     }
-    for (std::size_t bone = 0; bone < kBones.size(); ++bone) follow_bone(settings, bone, record);
+    if (settings.is_together) follow_both(settings, record);
+    for (std::size_t bone = 0; bone < kBones.size() && !settings.is_together; ++bone) {
+        follow_bone(settings, bone, record);
+    }
     record.write();
 }
