@@ -49,6 +49,7 @@ Json frame_json_exactly(const TrackFrame& frame) {
             {"quick", frame.quick},
             {"quick_view_costs", frame.quick_view_costs},
             {"quick_agrees", frame.quick_agrees},
+            {"quick_error_ratio", frame.quick_error_ratio},
             {"reasons", frame.reasons},
             {"time_s", frame.time_s}};
 }
@@ -73,6 +74,7 @@ TrackFrame frame_from(const Json& json) {
     frame.quick = json.at("quick").get<bool>();
     frame.quick_view_costs = json.at("quick_view_costs").get<std::vector<double>>();
     frame.quick_agrees = json.at("quick_agrees").get<bool>();
+    frame.quick_error_ratio = json.at("quick_error_ratio").get<double>();
     frame.reasons = json.at("reasons").get<std::vector<std::string>>();
     frame.time_s = json.at("time_s").get<double>();
     return frame;

@@ -43,6 +43,8 @@ double QuickWay::drift() const {
     return largest;
 }
 
+double QuickWay::error_ratio() const { return error_ratios_.empty() ? 1 : median(error_ratios_); }
+
 void QuickWay::remember(const TrackFrame& found) {
     if (found.quick_view_costs.empty() || found.status != TrackStatus::ok) return;
     if (found.quick) {
@@ -50,11 +52,13 @@ void QuickWay::remember(const TrackFrame& found) {
     } else if (found.quick_agrees) {
         ++agreed_;
         push_costs(compared_, found.quick_view_costs);
+        error_ratios_.push_back(found.quick_error_ratio);
     } else {
         --coarser_by_;
         agreed_ = 0;
         compared_.clear();
         lately_.clear();
+        error_ratios_.clear();
     }
 }
 

@@ -24,11 +24,16 @@ public:
     /// How much higher costs are lately than where both ways agreed; at least 1.
     [[nodiscard]] double drift() const;
 
+    /// What errors expected on the one level are to be multiplied by: the full way, with its finer levels and rounds,
+    /// may have expected more where both agreed. At least 1.
+    [[nodiscard]] double error_ratio() const;
+
     void remember(const TrackFrame& found);
 
 private:
     int coarser_by_ = 1, agreed_ = 0;
     std::vector<std::vector<double>> compared_, lately_;  ///< [frame][view]: costs of the quick way
+    std::vector<double> error_ratios_;                    ///< of the frames that were compared
 };
 
 }  // namespace raylign::detail

@@ -10,6 +10,7 @@
 #include "core/registration/level/plan.h"
 #include "core/registration/policy.h"
 #include "core/registration/registration.h"
+#include "core/registration/trust/confidence.h"
 #include "core/tracking/attempt.h"
 #include "core/tracking/depth_prior.h"
 #include "core/tracking/extrapolation.h"
@@ -52,6 +53,8 @@ struct Tracker::State {
     [[nodiscard]] Attempt quick_attempt(const TrackFrame& so_far, std::span<const View> views,
                                         const RunControl& control);
     [[nodiscard]] bool are_alike(const Attempt& quick, const Attempt& full, std::span<const View> views) const;
+    [[nodiscard]] double error_ratio(const Attempt& quick, const Attempt& full) const;
+    void widen(Confidence& expected, std::span<const View> views, const RigidTransform& world_from_ct) const;
     void compare_jump(Attempt& made, const TrackFrame& so_far) const;
     [[nodiscard]] RegistrationOptions first_options() const;
     void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const RunControl& control);
@@ -180,6 +183,26 @@ bool Tracker::State::are_alike(const Attempt& quick, const Attempt& full, std::s
            std::max(kAlike_mm, kAlike_px * levels.back().pixel_at_object_mm);
 }
 
+/// What the two ways are apart is an error of one of them, at least half of it of the quick one or the full one; noise,
+/// which both share, comes on top.
+double Tracker::State::error_ratio(const Attempt& quick, const Attempt& full) const {
+    const double expected_mm = quick.result.confidence.rim_mm, of_full_mm = full.result.confidence.rim_mm;
+    if (!(expected_mm > 0)) return 1;
+    const double apart = apart_mm(quick.result.world_from_ct, full.result.world_from_ct, extent_);
+    return std::max({1.0, of_full_mm / expected_mm, std::hypot(1, apart / (2 * expected_mm))});
+}
+
+/// Of a frame that was found quickly, by what the full way expected where both were gone.
+void Tracker::State::widen(Confidence& expected, std::span<const View> views,
+                           const RigidTransform& world_from_ct) const {
+    if (!expected.is_estimated) return;
+    expected.covariance *= quick_.error_ratio() * quick_.error_ratio();
+    summarise(expected, extent_.radius_mm);
+    if (views.size() != 1) return;
+    const Eigen::Vector3d centre_mm = world_from_ct * extent_.centre_ct_mm;
+    split_by_depth(expected, (centre_mm - source_world_mm(views.front().geometry)).normalized());
+}
+
 void Tracker::State::search_wider(Attempt& best, TrackFrame& found, std::span<const View> views,
                                   const RunControl& control) {
     if (control.stop.stop_requested()) return;
@@ -286,6 +309,8 @@ TrackFrame Tracker::feed(int frame, std::span<const View> views, const RunContro
     if (best.has_result) found.searched = best.result.search.mode;
     if (!best.believed()) state.search_wider(best, found, views, control);
     if (quick && !found.quick) found.quick_agrees = best.believed() && state.are_alike(*quick, best, views);
+    if (found.quick_agrees) found.quick_error_ratio = state.error_ratio(*quick, best);
+    if (found.quick) state.widen(best.result.confidence, views, best.result.world_from_ct);
     state.hold_depth(best, frame, views);
     state.judge(best, found);
     if (control.stop.stop_requested()) {

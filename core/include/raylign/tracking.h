@@ -61,6 +61,7 @@ struct TrackFrame {
     bool quick = false;                    ///< found on one level alone; cost and view_costs are those of that level
     std::vector<double> quick_view_costs;  ///< of the views on that level, wherever it was gone: empty = it was not
     bool quick_agrees = false;             ///< registered in full as well, and both ways end alike
+    double quick_error_ratio = 1;          ///< there: by how much more the full way expects to be off; at least 1
     std::vector<std::string> reasons;      ///< why not ok, in words for people
     double time_s = 0;
 };
@@ -76,7 +77,8 @@ struct TrackFrame {
 /// A part whose frames before are ok and without a gap is found the quick way: one level (the second finest, else the
 /// finest), one descent, robust weights once. Two frames are registered both ways first, and the quick way is gone only
 /// where both end alike, within 0.2 mm or a quarter of a pixel at the rim. A quick result is believed as above, with
-/// each view's cost for the cost; where it is not, the frame is registered in full. One tracker, one thread; several
+/// each view's cost for the cost; where it is not, the frame is registered in full. What it expects to be off is
+/// multiplied by the median ratio to the full way's where both were gone. One tracker, one thread; several
 /// may follow several objects at once, each with a backend of its own.
 class Tracker {
 public:

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/image/region.h"
 #include "core/registration/object/pose_space.h"
 #include "raylign/backends.h"
@@ -30,6 +31,21 @@ TEST(QuickWay, IsGoneAloneOnceItHasAgreedTwice) {
     way.remember(compared(2, true, {0.4, 0.4}));
     EXPECT_TRUE(way.is_confirmed());
     EXPECT_EQ(way.coarser_by(), 1);
+}
+
+TEST(QuickWay, ItsExpectedErrorIsThatOfTheFullWayWhereBothWereGone) {
+    QuickWay way;
+    EXPECT_EQ(way.error_ratio(), 1);
+    TrackFrame frame = compared(1, true, {0.4});
+    frame.quick_error_ratio = 2;
+    way.remember(frame);
+    frame.quick_error_ratio = 3;
+    way.remember(frame);
+    EXPECT_EQ(way.error_ratio(), 3);
+    way.remember(gone_quickly(3, {0.4}));
+    EXPECT_EQ(way.error_ratio(), 3) << "frames that were not compared say nothing";
+    way.remember(compared(4, false, {0.4}));
+    EXPECT_EQ(way.error_ratio(), 1) << "another level, another ratio";
 }
 
 TEST(QuickWay, GoesToTheFinestLevelAndThenNowhereWhereItDisagrees) {
@@ -100,6 +116,7 @@ TEST(QuickWay, FindsAPartAsWellAsTheFullWayAndGoesOnWithTheSameBits) {
     MovingVertebra scene;
     Tracker tracker = scene.tracker(), resumed = scene.tracker();
     std::vector<TrackFrame> found;
+    std::vector<double> expected_mm[2];  // in full, quickly
     int quick = 0;
     for (int frame = 0; frame < 9; ++frame) {
         found.push_back(tracker.feed(frame, scene.xrays(frame)));
@@ -107,11 +124,14 @@ TEST(QuickWay, FindsAPartAsWellAsTheFullWayAndGoesOnWithTheSameBits) {
         EXPECT_LT(scene.mtre_mm(found.back()), 0.5) << frame << (found.back().quick ? ": quick" : ": in full");
         EXPECT_GT(found.back().expected_error_mm, 0) << frame;
         quick += found.back().quick;
+        expected_mm[found.back().quick ? 1 : 0].push_back(found.back().expected_error_mm);
     }
     EXPECT_GE(quick, 2) << "two frames tell a velocity, two or three are registered both ways";
+    EXPECT_GT(median(expected_mm[1]), 0.8 * median(expected_mm[0])) << "as sure as the full way, and no surer";
     for (int frame = 0; frame < 8; ++frame) resumed.recall(found[frame]);
     const TrackFrame again = resumed.feed(8, scene.xrays(8));
     EXPECT_TRUE(again.quick);
+    EXPECT_EQ(again.expected_error_mm, found[8].expected_error_mm);
     EXPECT_EQ(again.world_from_ct.rotation, found[8].world_from_ct.rotation);
     EXPECT_EQ(again.world_from_ct.translation_mm, found[8].world_from_ct.translation_mm);
 }
