@@ -1,5 +1,6 @@
 // Searches, content mismatch, time limit, confidence: on the spine phantom, where every edge is exact.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -231,6 +232,18 @@ TEST(Names, GoThereAndBack) {
     for (const char* name : {"auto", "none", "near", "global"}) EXPECT_EQ(search_name(search_from_name(name)), name);
     EXPECT_THROW((void)search_from_name("far"), Error);
     EXPECT_THROW((void)content_from_name(""), Error);
+}
+
+TEST(Hopeless, AnXrayOfSomethingElseIsGivenUpOn) {
+    SpineCase c;
+    c.views = test::with_exact_images(test::biplane_views(128), ellipsoid_phantom({120, 60, 90}), {}, 1e3);
+    const RegistrationResult result =
+        c.run(c.truth, {.content = Content::part, .search = {.mode = Search::near}, .suspect_mirrored = false});
+    EXPECT_FALSE(result.ok);
+    EXPECT_THAT(result.decisions, testing::Contains(testing::HasSubstr("not refined")));
+    EXPECT_EQ(result.robust_rounds, 0) << "work is not wasted on it";
+    EXPECT_LE(result.levels.back().iterations, 15);
+    EXPECT_GT(result.cost_final, 0.8);
 }
 
 }  // namespace

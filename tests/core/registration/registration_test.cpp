@@ -180,8 +180,6 @@ TEST(Registration, UnrelatedImagesAreDoubtful) {
     EXPECT_FALSE(result.ok);
     ASSERT_FALSE(result.reasons.empty());
     EXPECT_NE(result.reasons.front().find("correlates weakly"), std::string::npos) << result.reasons.front();
-    EXPECT_THAT(result.decisions, testing::Contains(testing::HasSubstr("not refined")));
-    EXPECT_EQ(result.robust_rounds, 0) << "work is not wasted on it";
 }
 
 TEST(Registration, AStartThatMissesTheDetectorIsAnErrorNamingTheView) {
