@@ -63,8 +63,8 @@ void main() {
     uint at = gl_WorkGroupID.z * (DERIVATIVES * kParameters + 1) * scene.counts.x + px.y * view.size_px.x + px.x;
     const float line_integral = unit * sums.value, ceiling = uintBitsToFloat(frames[frame].view.y);
     const float a = min(line_integral, ceiling), b = max(line_integral, ceiling);
-    const float none = exp(-b), rest = exp(a - b) - none;
-    images[at] = a - log(1 + rest);  // saturated() of core/geometry/ray_frame.h
+    const float none = exp(-b), rest = a == 0 ? 0 : exp(a - b) - none;  // saturated() of core/geometry/ray_frame.h
+    images[at] = rest == 0 ? a : a - log(1 + rest);  // exact there, whatever a driver's exp and log are
 #if DERIVATIVES
 #if JOSEPH
     const int axis = dominant_axis(ray.direction);

@@ -54,7 +54,7 @@ TEST(BenchCommand, SaysThatFragmentRatesAreNotTheMethods) {
     if (!test::is_required("gl-2006")) GTEST_SKIP() << "needs OpenGL";
     const TestFolder folder;
     const ProgramResult result = run_raylign(
-        {"bench", "--size", "16", "--pixels", "16", "--repeat", "1", "--backend", "gl-2006", "-o", folder.path("out")});
+        {"bench", "--size", "32", "--pixels", "32", "--repeat", "1", "--backend", "gl-2006", "-o", folder.path("out")});
     EXPECT_THAT(result.out, HasSubstr("say nothing about the method")) << result.err;
 }
 
