@@ -10,7 +10,8 @@ OUT=${OUT:-results}
 VOXELS=${VOXELS:-256} PIXELS=${PIXELS:-256}
 mkdir -p "$OUT"
 
-machine_has() { ldconfig -p 2>/dev/null | grep -q "$1 .*x86-64"; }
+known_libraries=$(ldconfig -p 2>/dev/null)
+machine_has() { grep -q "$1 .*x86-64" <<<"$known_libraries"; }
 libraries=$here/lib
 missing=
 for library in libstdc++.so.6 libEGL.so.1 libGLdispatch.so.0; do machine_has "$library" || missing+=" $library"; done
