@@ -19,6 +19,18 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
+/// Eight rows with the same bits.
+void expect_alike(const std::vector<TrajectoryRow>& once, const std::vector<TrajectoryRow>& twice) {
+    ASSERT_EQ(once.size(), 8U);
+    ASSERT_EQ(twice.size(), 8U);
+    for (std::size_t i = 0; i < once.size(); ++i) {
+        EXPECT_EQ(once[i].frame.world_from_ct.rotation, twice[i].frame.world_from_ct.rotation) << i;
+        EXPECT_EQ(once[i].frame.world_from_ct.translation_mm, twice[i].frame.world_from_ct.translation_mm) << i;
+        EXPECT_EQ(once[i].frame.cost, twice[i].frame.cost) << i;
+        EXPECT_EQ(once[i].frame.status, twice[i].frame.status) << i;
+    }
+}
+
 /// Runs that end early, and runs that go on from what others left.
 class TrackJournalFile : public testing::Test {
 protected:
@@ -100,16 +112,8 @@ TEST_F(TrackJournalFile, TheSameCommandGoesOnAfterAKillWithTheSameBits) {
     EXPECT_EQ(rest.exit_code, 0) << rest.err;
     EXPECT_THAT(rest.out, HasSubstr(std::to_string(kept - 1) + " of 8 rows are from an earlier run"));
     EXPECT_EQ(lines(), 9) << "a line of settings and one a frame: none was tracked twice";
-    const auto once = read_trajectory(folder.path("whole/trajectory.csv"));
-    const auto twice = read_trajectory(folder.path("track/trajectory.csv"));
-    ASSERT_EQ(once.size(), 8u);
-    ASSERT_EQ(twice.size(), 8u);
-    for (std::size_t i = 0; i < once.size(); ++i) {
-        EXPECT_EQ(once[i].frame.world_from_ct.rotation, twice[i].frame.world_from_ct.rotation) << i;
-        EXPECT_EQ(once[i].frame.world_from_ct.translation_mm, twice[i].frame.world_from_ct.translation_mm) << i;
-        EXPECT_EQ(once[i].frame.cost, twice[i].frame.cost) << i;
-        EXPECT_EQ(once[i].frame.status, twice[i].frame.status) << i;
-    }
+    expect_alike(read_trajectory(folder.path("whole/trajectory.csv")),
+                 read_trajectory(folder.path("track/trajectory.csv")));
     auto other = arguments;
     other.insert(other.end(), {"--levels", "2"});
     EXPECT_THAT(run_raylign(other).out, Not(HasSubstr("earlier run"))) << "other options: nothing is taken over";
@@ -131,13 +135,7 @@ TEST_F(TrackJournalFile, BonesTogetherGoOnInTheMidstOfAFrameWithTheSameBits) {
     write_text_file(folder.path("track/track.journal"), kept);
     const ProgramResult rest = run_raylign(scene.both());
     EXPECT_THAT(rest.out, HasSubstr("5 of 8 rows are from an earlier run"));
-    const auto twice = read_trajectory(folder.path("track/trajectory.csv"));
-    ASSERT_EQ(once.size(), 8u);
-    ASSERT_EQ(twice.size(), 8u);
-    for (std::size_t i = 0; i < once.size(); ++i) {
-        EXPECT_EQ(once[i].frame.world_from_ct.rotation, twice[i].frame.world_from_ct.rotation) << i;
-        EXPECT_EQ(once[i].frame.world_from_ct.translation_mm, twice[i].frame.world_from_ct.translation_mm) << i;
-    }
+    expect_alike(once, read_trajectory(folder.path("track/trajectory.csv")));
     const ProgramResult alone = run_raylign(scene.both({"--alone"}));
     EXPECT_THAT(alone.out, Not(HasSubstr("earlier run"))) << "other settings";
     EXPECT_THAT(read_text(folder.path("track/track.json")), HasSubstr("\"together\": false"));
