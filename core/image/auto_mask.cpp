@@ -8,6 +8,7 @@
 #include "core/image/components.h"
 #include "core/image/convex_hull.h"
 #include "core/image/mark_contrast.h"
+#include "core/image/round_field.h"
 
 namespace raylign::detail {
 namespace {
@@ -32,8 +33,8 @@ Image coarse_image(const Image& image, const Image& weights, int factor) {
     return coarse;
 }
 
-int coarse_factor(const Image& image) {
-    return std::max(1, (std::max(image.width, image.height) + kCoarseSide - 1) / kCoarseSide);
+int coarse_factor(const Image& image, int side = kCoarseSide) {
+    return std::max(1, (std::max(image.width, image.height) + side - 1) / side);
 }
 
 struct Range {
@@ -141,6 +142,16 @@ Image weights_inside(const Image& full, int factor, double margin, Depth depth) 
 
 std::string percent(const Image& weights) { return text_of(100 * share_of_zeros(weights), " % of the pixels"); }
 
+AutoMask mask_circle(const Image& full, int factor, double margin, const Circle& circle) {
+    AutoMask mask{weights_inside(full, factor, margin,
+                                 [&](const HullPoint& p) {
+                                     return circle.radius + 0.5 - std::hypot(p.x - circle.x, p.y - circle.y);
+                                 }),
+                  {}};
+    mask.decisions.push_back("round field, outside it " + percent(mask.weights));
+    return mask;
+}
+
 /// The hull's points within the image, evenly spaced; empty where they are few or where the piece does not fill the
 /// hull along most of them.
 std::vector<HullPoint> seen_edge(const BrightPiece& piece, const Image& coarse) {
@@ -182,22 +193,26 @@ AutoMask mask_frame(const Image& intensities, const Image& weights, double least
     // 2 px of blur; a coarse pixel of which a tenth lies in the field counts as bright.
     const double margin = 2.5 / factor + (factor > 1 ? 1.0 : 0.5);
     const double least_radius = least_radius_share * std::min(coarse.width, coarse.height);
-    AutoMask mask;
     if (const std::optional<Circle> circle = fit_circle(seen); circle && circle->radius > least_radius) {
-        mask.weights = weights_inside(intensities, factor, margin, [&](const HullPoint& p) {
-            return circle->radius + 0.5 - std::hypot(p.x - circle->x, p.y - circle->y);
-        });
-        mask.decisions.push_back("round field, outside it " + percent(mask.weights));
-        return mask;
+        return mask_circle(intensities, factor, margin, *circle);
     }
     const std::size_t sides = straight_sides(piece, coarse);
     if (sides == 0) return {};
+    AutoMask mask;
     const auto is_open = [&](const HullPoint& middle) { return on_border(middle, coarse); };
     mask.weights = weights_inside(intensities, factor, margin,
                                   [&](const HullPoint& p) { return depth_in_hull(piece.hull, p, is_open); });
     mask.decisions.push_back(text_of("field of ", sides, sides == 1 ? " straight side" : " straight sides",
                                      " within the image, outside it ", percent(mask.weights)));
     return mask;
+}
+
+AutoMask mask_stepped_field(const Image& intensities, const Image& weights) {
+    constexpr int kSide = 256;  // enough for a circle, and a quarter of the noise of 512
+    const int factor = coarse_factor(intensities, kSide);
+    const auto circle = round_field_by_its_step(coarse_image(intensities, weights, factor));
+    constexpr double kUnsure = 1;  // px, of the circle
+    return circle ? mask_circle(intensities, factor, 2.5 / factor + kUnsure, *circle) : AutoMask{};
 }
 
 AutoMask mask_marks(const Image& intensities, const Image& weights) {

@@ -8,7 +8,7 @@
 namespace raylign::detail {
 
 /// Weights 0 where pixels say nothing of the body, 1 elsewhere, and in words what was found. Empty weights: nothing.
-/// All three functions take intensities (more X-rays = larger); pixels of weight 0 are left out of the judgement.
+/// All four functions take intensities (more X-rays = larger); pixels of weight 0 are left out of the judgement.
 struct AutoMask {
     Image weights;
     std::vector<std::string> decisions;
@@ -19,6 +19,10 @@ struct AutoMask {
 /// a circle or such a polygon. Leaves out what is outside and 2 px within. Dark bodies in air do not pass: the air
 /// around them is no convex field. Circles below `least_radius_share` of the shorter side are balls and heads.
 [[nodiscard]] AutoMask mask_frame(const Image& intensities, const Image& weights, double least_radius_share = 0.3);
+
+/// A round field about the image's middle whose surroundings are as bright as what the body leaves within it, so that
+/// no threshold tells them apart: by the step across its edge (round_field.h).
+[[nodiscard]] AutoMask mask_stepped_field(const Image& intensities, const Image& weights);
 
 /// Letters, burnt-in text, lead markers and beads: small pieces (up to 1/20 of the image's side) that stand out from
 /// the median around them (1/16 of the side) by more than a quarter of the image's range or a factor of 2.5, and 2 px

@@ -184,6 +184,11 @@ void apply_mask(const AutoMask& mask, std::string_view where, XrayConversion& re
         throw Error("image " + std::string(where) + ": the automatic mask leaves no pixel; give a mask of your own");
 }
 
+AutoMask framed_or_stepped(const Image& intensities, const Image& weights) {
+    AutoMask mask = mask_frame(intensities, weights);
+    return mask.weights.empty() ? mask_stepped_field(intensities, weights) : mask;
+}
+
 /// `has_frame`: the field's frame was left out already.
 void apply_frame_and_marks(const RawXray& raw, const Image& intensities, bool has_frame, std::string_view where,
                            XrayConversion& result) {
@@ -194,7 +199,7 @@ void apply_frame_and_marks(const RawXray& raw, const Image& intensities, bool ha
                              100 * shut / static_cast<double>(raw.shutter.pixels.size()), " % of the pixels")}},
                    where, result);
     }
-    if (!has_frame) apply_mask(mask_frame(intensities, result.weights), where, result);
+    if (!has_frame) apply_mask(framed_or_stepped(intensities, result.weights), where, result);
     apply_mask(mask_marks(intensities, result.weights), where, result);
 }
 
