@@ -9,6 +9,7 @@
 #include "core/registration/trust/confidence.h"
 #include "core/registration/trust/model_error.h"
 #include "core/registration/trust/pose_sums.h"
+#include "core/registration/trust/response.h"
 #include "core/registration/trust/view_agreement.h"
 
 namespace raylign::detail {
@@ -60,11 +61,17 @@ Eigen::Vector3d depth_axis(const Run& run) {
     return (centre_mm - source_world_mm(run.views.front().geometry)).normalized();
 }
 
+/// With one view depth is size, and size is told by the edges, which contrast that is compressed moves outwards.
+bool tells_response(const Run& run) { return run.views.size() == 1 && run.result.content == Content::part; }
+
 std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level) {
     const LevelProblem problem = level.problem(run.result.world_from_ct, false);
-    const bool is_magnified = run.options.compare_views && run.views.size() > 1 && run.result.content == Content::whole;
-    return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch,
-                     is_magnified ? level.views() : std::span<const View>());
+    SeventhDerivative seventh;
+    if (tells_response(run)) seventh = response_derivative;
+    if (run.options.compare_views && run.views.size() > 1 && run.result.content == Content::whole) {
+        seventh = by_magnification(level.views());
+    }
+    return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch, seventh);
 }
 
 /// How sure the pose is, and what each view would like its camera to be against the others. Both on the coarser level,
@@ -77,6 +84,10 @@ void estimate_error(Run& run, Level& level, Level* coarser, double calibration) 
     const double radius_mm = run.extent.radius_mm;
     result.confidence = jackknife(coarse_sums, shares, radius_mm, calibration);
     add_model_error(result.confidence, model_shifts(sums, shares, result.cost_final), radius_mm);
+    if (tells_response(run)) {
+        const ModelShift shift = response_shift(sums.front(), coarse_sums.front());
+        add_model_error(result.confidence, {&shift, 1}, radius_mm);
+    }
     if (run.views.size() == 1) split_by_depth(result.confidence, depth_axis(run));
     if (!run.options.compare_views || run.views.size() < 2) return;
     if (result.content == Content::part) return;  // other tissue pulls each view its own way

@@ -39,8 +39,9 @@ Fit fit_in(Run& run, std::span<const View> views, const LevelPlan& plan) {
         const std::vector<Candidate> ends = refined(problem, std::vector<Candidate>{{pose, 0, 1}});
         if (ends.empty()) return;
         fit.cost = ends.front().cost;
-        const std::vector<ViewSums> sums = pose_sums(level.session(), ends.front().world_from_ct,
-                                                     run.extent.centre_ct_mm, problem.before_batch, level.views());
+        const std::vector<ViewSums> sums =
+            pose_sums(level.session(), ends.front().world_from_ct, run.extent.centre_ct_mm, problem.before_batch,
+                      by_magnification(level.views()));
         fit.further = magnification(sums, shares_of(level.session()), kCalibration_mismatch);
     });
     return fit;

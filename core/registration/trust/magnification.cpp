@@ -67,6 +67,12 @@ Image magnification_derivative(const Image& drr, const Camera& camera) {
     return derivative;
 }
 
+SeventhDerivative by_magnification(std::span<const View> views) {
+    return [views](const Image& drr, std::size_t view) {
+        return magnification_derivative(drr, views[view].geometry.camera);
+    };
+}
+
 ScaledLinearization linearize_scaled(std::span<const JacobianSums> channels, std::span<const ColumnSums> columns) {
     const Linearization pose = linearize_view(channels);
     const Linearization last = linearize_view(with_column(channels, columns, 5));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 #include "core/similarity/linearization.h"
 #include "raylign/camera.h"
 #include "raylign/image.h"
+#include "raylign/view.h"
 
 namespace raylign::detail {
 
@@ -27,7 +29,10 @@ struct ColumnSums {
     ColumnSums& operator+=(const ColumnSums& other);
 };
 
-/// As Linearization, with the logarithm of a view's magnification as the seventh parameter.
+/// The derivative of a view's DRR by a parameter beside the pose.
+using SeventhDerivative = std::function<Image(const Image& drr, std::size_t view)>;
+
+/// As Linearization, with one more parameter: the logarithm of a view's magnification, or its response (response.h).
 struct ScaledLinearization {
     Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero();
     Eigen::Matrix<double, 7, 7> curvature = Eigen::Matrix<double, 7, 7>::Zero();
@@ -36,6 +41,8 @@ struct ScaledLinearization {
 /// d I / d ln(m) of a DRR that is magnified by m about the camera's principal point c, as a longer sdd does:
 /// I_m(u) = I(c + (u - c) / m), so -(u - c) . grad I at m = 1; central differences, zero in the outermost pixels.
 [[nodiscard]] Image magnification_derivative(const Image& drr, const Camera& camera);
+/// The same as pose_sums takes it. Borrows the views.
+[[nodiscard]] SeventhDerivative by_magnification(std::span<const View> views);
 
 /// Mean over channels, as linearize_view.
 [[nodiscard]] ScaledLinearization linearize_scaled(std::span<const JacobianSums> channels,

@@ -36,7 +36,7 @@ struct Channel {
     const Image* fixed;
     std::array<Image, kImages> moving;
     std::array<Image, kDistortions> distorted;
-    Image magnified;  ///< derivative by the view's magnification; empty where it is not asked for
+    Image seventh;  ///< derivative by the seventh parameter; empty where it is not asked for
 };
 
 /// One view's images, filtered.
@@ -48,14 +48,14 @@ struct Seen {
 
 /// Filters the images of a view, each in a turn of its own.
 Seen see(Session& session, const RigidTransform& world_from_ct, const Eigen::Vector3d& centre_ct_mm, std::size_t view,
-         const Camera* camera) {
+         const SeventhDerivative& seventh) {
     const DrrWithDerivatives rendered = session.render_with_derivatives(world_from_ct, centre_ct_mm, view);
     const FixedChannels& fixed = session.fixed_channels(view);
-    constexpr std::size_t kMagnified = kImages + kDistortions;
-    std::array<std::vector<Image>, kMagnified + 1> filtered;
-    session.for_each_index(camera ? kMagnified + 1 : kMagnified, [&](std::size_t i) {
-        if (i == kMagnified) {
-            filtered[i] = session.channels_of(magnification_derivative(rendered.drr, *camera));
+    constexpr std::size_t kSeventh = kImages + kDistortions;
+    std::array<std::vector<Image>, kSeventh + 1> filtered;
+    session.for_each_index(seventh ? kSeventh + 1 : kSeventh, [&](std::size_t i) {
+        if (i == kSeventh) {
+            filtered[i] = session.channels_of(seventh(rendered.drr, view));
         } else if (i >= kImages) {
             filtered[i] = session.channels_of(distorted(static_cast<Distortion>(i - kImages), rendered.drr));
         } else {
@@ -68,7 +68,7 @@ Seen see(Session& session, const RigidTransform& world_from_ct, const Eigen::Vec
         channel.fixed = &fixed.channels[c];
         for (int i = 0; i < kImages; ++i) channel.moving[i] = std::move(filtered[i][c]);
         for (int i = 0; i < kDistortions; ++i) channel.distorted[i] = std::move(filtered[kImages + i][c]);
-        if (camera) channel.magnified = std::move(filtered[kMagnified][c]);
+        if (seventh) channel.seventh = std::move(filtered[kSeventh][c]);
     }
     return seen;
 }
@@ -109,7 +109,7 @@ void add_fixed(const Image& fixed, const Channel& channel, const Image& weights,
 ColumnSums column_sums(const Channel& channel, const Image& weights, const Stretch& pixels) {
     ColumnSums sums;
     for (std::size_t p = pixels.begin; p < pixels.end; ++p) {
-        const double column = channel.magnified.pixels[p], weighted = weights.pixels[p] * column;
+        const double column = channel.seventh.pixels[p], weighted = weights.pixels[p] * column;
         sums.sum += weighted;
         sums.fixed += weighted * channel.fixed->pixels[p];
         sums.moving += weighted * channel.moving[0].pixels[p];
@@ -122,7 +122,7 @@ ColumnSums column_sums(const Channel& channel, const Image& weights, const Stret
 /// What one turn adds up: some rows of one channel.
 struct Band {
     GroupSums groups;
-    std::array<ColumnSums, kGroups> magnified;
+    std::array<ColumnSums, kGroups> seventh;
     std::array<JacobianSums, kDistortions> distorted;  ///< only what depends on the fixed image
     std::array<std::uint64_t, kGroups> pixels{};       ///< with weight
 };
@@ -156,7 +156,7 @@ Band sum_band(const Seen& seen, const Channel& channel, int first_row, int end_r
                 add_fixed(channel.distorted[d], channel, weights, pixels, distorted_row);
                 band.distorted[d] += distorted_row;
             }
-            if (!channel.magnified.pixels.empty()) band.magnified[group] += column_sums(channel, weights, pixels);
+            if (!channel.seventh.pixels.empty()) band.seventh[group] += column_sums(channel, weights, pixels);
             for (std::size_t p = pixels.begin; p < pixels.end; ++p) band.pixels[group] += weights.pixels[p] > 0;
         });
     }
@@ -165,7 +165,7 @@ Band sum_band(const Seen& seen, const Channel& channel, int first_row, int end_r
 
 Band& operator+=(Band& sum, const Band& band) {
     for (int g = 0; g < kGroups; ++g) sum.groups[g] += band.groups[g];
-    for (int g = 0; g < kGroups; ++g) sum.magnified[g] += band.magnified[g];
+    for (int g = 0; g < kGroups; ++g) sum.seventh[g] += band.seventh[g];
     for (int g = 0; g < kGroups; ++g) sum.pixels[g] += band.pixels[g];
     for (int d = 0; d < kDistortions; ++d) sum.distorted[d] += band.distorted[d];
     return sum;
@@ -210,7 +210,7 @@ ScaledLinearization scaled_without(const std::vector<Band>& channels, int left_o
     for (std::size_t c = 0; c < channels.size(); ++c) {
         sums.push_back(sums_without(channels[c].groups, left_out));
         for (int g = 0; g < kGroups; ++g) {
-            if (g != left_out) columns[c] += channels[c].magnified[g];
+            if (g != left_out) columns[c] += channels[c].seventh[g];
         }
     }
     return linearize_scaled(sums, columns);
@@ -251,13 +251,12 @@ int group_of(int block_x, int block_y) { return (5 * block_x + 3 * block_y) % kG
 
 std::vector<ViewSums> pose_sums(Session& session, const RigidTransform& world_from_ct,
                                 const Eigen::Vector3d& centre_ct_mm, const std::function<void()>& before_view,
-                                std::span<const View> views) {
+                                const SeventhDerivative& seventh) {
     std::vector<ViewSums> sums;
     for (std::size_t v = 0; v < session.view_count(); ++v) {
         before_view();
-        const Camera* camera = views.empty() ? nullptr : &views[v].geometry.camera;
-        const Seen seen = see(session, world_from_ct, centre_ct_mm, v, camera);
-        sums.push_back(view_sums(sum_channels(session, seen), camera != nullptr));
+        const Seen seen = see(session, world_from_ct, centre_ct_mm, v, seventh);
+        sums.push_back(view_sums(sum_channels(session, seen), static_cast<bool>(seventh)));
     }
     return sums;
 }

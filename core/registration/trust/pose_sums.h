@@ -8,7 +8,6 @@
 #include "core/backend.h"
 #include "core/registration/trust/distortion.h"
 #include "core/registration/trust/magnification.h"
-#include "raylign/view.h"
 
 namespace raylign::detail {
 
@@ -24,7 +23,7 @@ struct ViewSums {
     std::array<Linearization, kGroups> without;         ///< where the pixels of a group have no weight
     bool leaves_enough = true;                          ///< no group holds nearly all pixels
     std::array<Linearization, kDistortions> distorted;  ///< where the X-ray is the DRR distorted
-    /// With the view's magnification: of all pixels, then without each group. Empty where it was not asked for.
+    /// With a seventh parameter: of all pixels, then without each group. Empty where it was not asked for.
     std::vector<ScaledLinearization> scaled;
 };
 
@@ -32,11 +31,10 @@ struct ViewSums {
 [[nodiscard]] std::vector<double> shares_of(const Session& session);
 
 /// Sums in double on the host, by group of pixels: leaving a group out is subtracting its sums. `before_view` may throw
-/// to stop. `views`: those of the session, where the magnification is asked for, else none. Throws Error as
-/// Session::linearize does.
+/// to stop. `seventh`: empty where nothing but the pose is asked for. Throws Error as Session::linearize does.
 [[nodiscard]] std::vector<ViewSums> pose_sums(Session& session, const RigidTransform& world_from_ct,
                                               const Eigen::Vector3d& centre_ct_mm,
                                               const std::function<void()>& before_view,
-                                              std::span<const View> views = {});
+                                              const SeventhDerivative& seventh = {});
 
 }  // namespace raylign::detail

@@ -35,7 +35,7 @@ struct MagnifiedCase {
     [[nodiscard]] std::vector<ViewSums> sums() const {
         const auto session = backend->prepare({volume, views, {}, {Metric::gc, {3, 8}}});
         return pose_sums(
-            *session, truth, volume.grid.centre_ct_mm(), [] {}, views);
+            *session, truth, volume.grid.centre_ct_mm(), [] {}, by_magnification(views));
     }
 };
 
