@@ -68,20 +68,25 @@ std::string lower_case(std::string_view text) {
     return lower;
 }
 
-std::string_view closest(std::string_view word, std::span<const std::string_view> candidates) {
-    std::string_view best;
-    std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2) + 1;
+std::vector<std::string_view> nearest(std::string_view word, std::span<const std::string_view> candidates) {
+    std::vector<std::string_view> near;
+    std::size_t least = std::max<std::size_t>(2, word.size() / 2);
     for (const std::string_view candidate : candidates) {
         const std::string a = lower_case(word), b = lower_case(candidate);
         // A forgotten unit ("sdd" for "sdd_mm") is the commonest slip.
         const bool begins_alike = !a.empty() && (a.starts_with(b) || b.starts_with(a));
         const std::size_t distance = begins_alike ? 1 : edit_distance(a, b);
-        if (distance < best_distance) {
-            best = candidate;
-            best_distance = distance;
-        }
+        if (distance > least) continue;
+        if (distance < least) near.clear();
+        near.push_back(candidate);
+        least = distance;
     }
-    return best;
+    return near;
+}
+
+std::string_view closest(std::string_view word, std::span<const std::string_view> candidates) {
+    const std::vector<std::string_view> near = nearest(word, candidates);
+    return near.empty() ? std::string_view() : near.front();
 }
 
 }  // namespace raylign::detail

@@ -18,7 +18,12 @@ namespace raylign::detail {
 [[nodiscard]] std::string joined(std::span<const std::string_view> words, std::string_view separator);
 [[nodiscard]] std::string lower_case(std::string_view text);
 
-/// The candidate with the smallest edit distance to `word` (Levenshtein), or "" where none is near enough to be a typo.
+/// The candidates with the smallest edit distance to `word` (Levenshtein), in order; none where no one is near enough
+/// to be a typo. What begins alike is one edit away.
+[[nodiscard]] std::vector<std::string_view> nearest(std::string_view word,
+                                                    std::span<const std::string_view> candidates);
+
+/// The first of them, or "" where there is none.
 [[nodiscard]] std::string_view closest(std::string_view word, std::span<const std::string_view> candidates);
 
 }  // namespace raylign::detail

@@ -120,11 +120,15 @@ std::int32_t label_of(const LabelNames& names, std::string_view name, std::strin
         throw Error("label " + std::string(name) + " stands for " + std::to_string(found.front()) + " and " +
                     std::to_string(found.back()) + " in " + std::string(source) + ": give its number");
     }
-    const std::string_view near = closest(name, known);
-    throw Error("label " + std::string(name) + " is not one of " + std::string(source) +
-                (near.empty() ? ", which has " + std::to_string(names.size()) + " labels, such as " +
-                                    std::string(known.empty() ? "none" : known.front())
-                              : ": did you mean " + std::string(near) + "?"));
+    const std::string not_one = "label " + std::string(name) + " is not one of " + std::string(source);
+    constexpr std::size_t kFew = 6;
+    std::vector<std::string_view> near = nearest(name, known);
+    const std::string more = near.size() > kFew ? ", ..." : "";
+    near.resize(std::min(near.size(), kFew));
+    if (!near.empty()) throw Error(not_one + ": did you mean " + joined(near, ", ") + more + "?");
+    const std::string few = joined(std::span(known).first(std::min(known.size(), kFew)), ", ");
+    throw Error(not_one + ", which has " + std::to_string(names.size()) + " labels" +
+                (few.empty() ? "" : ", such as " + few));
 }
 
 }  // namespace raylign::detail

@@ -37,6 +37,12 @@ TEST(LabelNames, UnknownNamesSuggestTheNearest) {
     const LabelNames names = total_segmentator_names();
     EXPECT_THAT(error_of([&] { (void)label_of(names, "vertebra_L3", "the table"); }),
                 AllOf(HasSubstr("label vertebra_L3 is not one of the table"), HasSubstr("did you mean vertebrae_L3?")));
+    EXPECT_THAT(error_of([&] { (void)label_of(names, "femur", "the table"); }),
+                HasSubstr("did you mean femur_left, femur_right?"));
+    EXPECT_THAT(error_of([&] { (void)label_of(names, "vertebrae_L9", "the table"); }),
+                HasSubstr("did you mean vertebrae_L5, vertebrae_L4, vertebrae_L3, vertebrae_L2, vertebrae_L1"));
+    EXPECT_THAT(error_of([&] { (void)label_of(names, "rib", "the table"); }), HasSubstr("rib_left_1, "));
+    EXPECT_THAT(error_of([&] { (void)label_of(names, "rib", "the table"); }), HasSubstr(", ...?"));
     EXPECT_THAT(error_of([&] { (void)label_of(names, "??", "the table"); }), HasSubstr("117 labels, such as spleen"));
     EXPECT_THAT(error_of([&] {
                     (void)label_of({{3, "rib"}, {5, "Rib"}}, "rib", "t");
