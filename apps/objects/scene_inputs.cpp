@@ -82,11 +82,14 @@ void read_labelled(const ObjectOptions& options, const Asked& asked, const Views
          options.scene.rest == "body" ? Mobility::moves : Mobility::stays, true});
 }
 
+/// Whatever there is of nothing around it in the files.
 void refuse_same_bone(const SceneInputs& inputs) {
-    for (std::size_t a = 0; a < inputs.objects.size(); ++a) {
+    std::vector<Volume> bones;
+    for (const SceneInput& object : inputs.objects) bones.push_back(crop(object.volume, box_of_object(object.volume)));
+    for (std::size_t a = 0; a < bones.size(); ++a) {
         for (std::size_t b = 0; b < a; ++b) {
-            const Volume &one = inputs.objects[a].volume, &other = inputs.objects[b].volume;
-            if (one.attenuation_per_mm != other.attenuation_per_mm) continue;
+            if (bones[a].grid.size != bones[b].grid.size) continue;
+            if (bones[a].attenuation_per_mm != bones[b].attenuation_per_mm) continue;
             throw Error("--bone: " + inputs.objects[b].name + " and " + inputs.objects[a].name +
                         " hold the same bone, voxel by voxel");
         }

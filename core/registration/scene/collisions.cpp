@@ -51,8 +51,9 @@ std::vector<Collision> collisions(std::span<const PosedVolume> objects) {
             const std::int64_t voxels = shared_voxels(objects[finer], objects[finer == a ? b : a]);
             if (voxels == 0) continue;
             const double shared_mm3 = static_cast<double>(voxels) * std::min(voxel_a, voxel_b);
-            const double smaller_mm3 = std::min(volumes[a], volumes[b]);
-            found.push_back({a, b, voxels, shared_mm3, std::min(1.0, shared_mm3 / smaller_mm3)});
+            const auto [smaller_mm3, larger_mm3] = std::minmax(volumes[a], volumes[b]);
+            found.push_back({a, b, voxels, shared_mm3, std::min(1.0, shared_mm3 / smaller_mm3),
+                             std::min(1.0, shared_mm3 / larger_mm3)});
         }
     }
     return found;

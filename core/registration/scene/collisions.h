@@ -21,6 +21,7 @@ struct Collision {
     std::int64_t voxels = 0;            ///< of the one with the smaller voxels, whose centres lie in the other
     double volume_mm3 = 0;              ///< of these voxels
     double share = 0;                   ///< of the smaller object's volume, in [0, 1]
+    double share_of_larger = 0;         ///< the same of the larger one's
 };
 
 /// Pairs of objects that share space at these poses: voxels that attenuate, and whose centres fall into a voxel of the

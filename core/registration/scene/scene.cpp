@@ -10,6 +10,7 @@
 #include "core/registration/policy.h"
 #include "core/registration/registration.h"
 #include "core/registration/scene/scene_descent.h"
+#include "core/registration/scene/scene_doubts.h"
 
 namespace raylign::detail {
 namespace {
@@ -17,8 +18,7 @@ namespace {
 // Where all together may have ended wrongly is a local minimum near the right place: other edges beside the object's
 // own.
 constexpr double kAround_mm = 15, kAround_deg = 30;
-constexpr double kSamePlace_mm = 1;  // at the rim: ends closer than this are the same
-constexpr int kRounds = 2;           // of judging and moving together again
+constexpr int kRounds = 2;  // of judging and moving together again
 
 // Costs of all together, and then of an object, up to which no search looks for another place: what is explained
 // nowhere else is not explained twice. Right places of bones whose surroundings are no objects have 0.25 and more.
@@ -163,10 +163,6 @@ void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneR
     }
 }
 
-double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
-    return apart_mm(world_from_ct, scene.world_from_ct[k], scene.volumes[k]->extent());
-}
-
 /// Takes over what objects found alone, elsewhere than all together, where the scene explains the X-rays better with
 /// it; of those that are doubtful also what a search around their start finds. True where a pose has changed.
 bool take_better_places(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
@@ -183,36 +179,6 @@ bool take_better_places(SceneDescent& scene, std::span<const SceneObject> object
         take(k, register_alone(scene, k, objects[k], Around::the_start));
     }
     return has_changed;
-}
-
-/// An object that ends elsewhere alone than with all others is not to be trusted.
-void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
-    for (std::size_t k = 0; k < objects.size(); ++k) {
-        RegistrationResult& object = result.objects[k];
-        if (objects[k].mobility == Mobility::stays || object.levels.empty()) continue;
-        const double apart = moved_mm(scene, k, object.world_from_ct);
-        if (apart < kSamePlace_mm) continue;
-        object.reasons.push_back("all objects together fit better " + fixed(apart, 1) +
-                                 " mm from where it fits best against what the others leave");
-    }
-}
-
-/// An object whose centre lies farther from its start than searches around it reach was not compared with its
-/// neighbours: of a spine it may be the wrong vertebra.
-void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
-    const SearchOptions& search = scene.options.search;
-    if (search.mode == Search::none || search.mode == Search::global) return;
-    const double range_mm = search.range_mm.value_or(kNearRange_mm);
-    for (std::size_t k = 0; k < objects.size(); ++k) {
-        if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
-        const Eigen::Vector3d centre_ct = scene.volumes[k]->extent().centre_ct_mm;
-        const double shift_mm =
-            (result.objects[k].world_from_ct * centre_ct - objects[k].start_world_from_ct * centre_ct).norm();
-        if (shift_mm <= range_mm) continue;
-        result.objects[k].reasons.push_back("the result lies " + fixed(shift_mm, 1) +
-                                            " mm from the start, beyond the " + fixed(range_mm, 0) +
-                                            " mm that were searched");
-    }
 }
 
 }  // namespace
@@ -262,8 +228,9 @@ SceneResult register_resident_scene(std::span<const SceneObject> objects, std::s
     }
     if (!scene.stopped_by) result.joints = settle_joints(scene, names, result.objects);
     result.joints.resize(limits.size());
-    doubt_other_places(scene, objects, result);
-    doubt_far_places(scene, objects, result);
+    doubt_other_places(scene, objects, result.objects);
+    doubt_far_places(scene, objects, result.objects);
+    doubt_shared_places(objects, result.objects);
     result.together = scene.world_from_ct;
     result.cost_initial = scene.cost_initial;
     result.cost_final = scene.cost_final;

@@ -200,6 +200,13 @@ TEST_F(BonesProgram, FilesOfOneBoneAreRefused) {
     };
     const std::string spine = folder.path("spine.mha");
     EXPECT_THAT(refusal_of({"--bone", "a=" + spine, "--bone", "b=" + spine}), HasSubstr("b hold the same bone"));
+    write_volume(folder.path("more_air.mha"),
+                 voxelise(spine_phantom(Eigen::Vector3d::Constant(100)), centred_grid({60, 60, 60}, {2, 2, 2}), 1));
+    write_volume(folder.path("less_air.mha"),
+                 voxelise(spine_phantom(Eigen::Vector3d::Constant(100)), centred_grid({54, 54, 54}, {2, 2, 2}), 1));
+    EXPECT_THAT(
+        refusal_of({"--bone", "a=" + folder.path("more_air.mha"), "--bone", "b=" + folder.path("less_air.mha")}),
+        HasSubstr("hold the same bone"));
     EXPECT_THAT(refusal_of({"--bone", "a=" + spine, "--bone", "A=" + spine}), HasSubstr("names A twice"));
     EXPECT_THAT(refusal_of({"--bone", "a=" + spine, "--rest", "body"}), HasSubstr("files of bones have no rest"));
     EXPECT_THAT(refusal_of({}), HasSubstr("no CT: give -v FILE, or --bone NAME=FILE"));

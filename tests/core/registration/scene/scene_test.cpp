@@ -189,6 +189,21 @@ TEST(Scene, RefusesJointsThatContradictEachOther) {
     EXPECT_THAT(refusal({{0, 2, 1, 1}}), HasSubstr("no such object"));
 }
 
+// The same bone again: both have half of what it shows.
+TEST(Scene, TwoObjectsInOnePlaceAreDoubted) {
+    Spine spine;
+    Volume again = spine.volumes[0];
+    for (float& voxel : again.attenuation_per_mm) voxel *= 1.01F;
+    std::vector<SceneObject> objects = spine.objects();
+    objects.push_back({"again", again, spine.starts[0]});
+    const SceneResult result = spine.run(objects);
+    for (const std::size_t k : {0, 2}) {
+        EXPECT_THAT(result.objects[k].reasons, testing::Contains(HasSubstr("is one bone given twice?")));
+        EXPECT_FALSE(result.objects[k].ok);
+    }
+    EXPECT_TRUE(result.objects[1].ok) << testing::PrintToString(result.objects[1].reasons);
+}
+
 TEST(Scene, StopLeavesEveryObjectDoubtful) {
     Spine spine;
     StopSource stop;

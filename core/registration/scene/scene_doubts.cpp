@@ -1,0 +1,69 @@
+#include "core/registration/scene/scene_doubts.h"
+
+#include <utility>
+
+#include "core/base/number_text.h"
+#include "core/registration/policy.h"
+#include "core/registration/scene/collisions.h"
+
+namespace raylign::detail {
+namespace {
+
+constexpr double kSharedPlace = 0.5;  // of the larger one's volume: bones that touch share a layer of voxels
+
+}  // namespace
+
+double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
+    return apart_mm(world_from_ct, scene.world_from_ct[k], scene.volumes[k]->extent());
+}
+
+void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects,
+                        std::vector<RegistrationResult>& results) {
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        RegistrationResult& object = results[k];
+        if (objects[k].mobility == Mobility::stays || object.levels.empty()) continue;
+        const double apart = moved_mm(scene, k, object.world_from_ct);
+        if (apart < kSamePlace_mm) continue;
+        object.reasons.push_back("all objects together fit better " + fixed(apart, 1) +
+                                 " mm from where it fits best against what the others leave");
+    }
+}
+
+void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> objects,
+                      std::vector<RegistrationResult>& results) {
+    const SearchOptions& search = scene.options.search;
+    if (search.mode == Search::none || search.mode == Search::global) return;
+    const double range_mm = search.range_mm.value_or(kNearRange_mm);
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
+        const Eigen::Vector3d centre_ct = scene.volumes[k]->extent().centre_ct_mm;
+        const double shift_mm =
+            (results[k].world_from_ct * centre_ct - objects[k].start_world_from_ct * centre_ct).norm();
+        if (shift_mm <= range_mm) continue;
+        results[k].reasons.push_back("the result lies " + fixed(shift_mm, 1) + " mm from the start, beyond the " +
+                                     fixed(range_mm, 0) + " mm that were searched");
+    }
+}
+
+void doubt_shared_places(std::span<const SceneObject> objects, std::vector<RegistrationResult>& results) {
+    std::vector<PosedVolume> posed;
+    std::vector<std::size_t> positions;
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        if (objects[k].is_rest) continue;
+        posed.push_back({&objects[k].volume, results[k].world_from_ct});
+        positions.push_back(k);
+    }
+    for (const Collision& collision : collisions(posed)) {
+        if (collision.share_of_larger < kSharedPlace) continue;
+        for (const auto& [own, other] :
+             {std::pair{collision.first, collision.second}, std::pair{collision.second, collision.first}}) {
+            const std::size_t k = positions[own];
+            if (objects[k].mobility == Mobility::stays) continue;
+            results[k].reasons.push_back("it lies where " + objects[positions[other]].name +
+                                         " does: " + fixed(100 * collision.share_of_larger, 0) +
+                                         " % of the larger one's volume is in both: is one bone given twice?");
+        }
+    }
+}
+
+}  // namespace raylign::detail

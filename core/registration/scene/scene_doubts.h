@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/registration/scene/scene.h"
+#include "core/registration/scene/scene_descent.h"
+
+namespace raylign::detail {
+
+// What a scene has against its objects' results beside what is held against each alone.
+
+inline constexpr double kSamePlace_mm = 1;  ///< at the rim: ends closer than this are the same
+
+/// How far the pose is from where all together ended, at the object's rim.
+[[nodiscard]] double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct);
+
+/// An object that ends elsewhere alone than with all others is not to be trusted.
+void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects,
+                        std::vector<RegistrationResult>& results);
+
+/// An object whose centre lies farther from its start than searches around it reach was not compared with its
+/// neighbours: of a spine it may be the wrong vertebra.
+void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> objects,
+                      std::vector<RegistrationResult>& results);
+
+/// Two objects of about one size in one place: the sum of their DRRs explains what one bone shows.
+void doubt_shared_places(std::span<const SceneObject> objects, std::vector<RegistrationResult>& results);
+
+}  // namespace raylign::detail
