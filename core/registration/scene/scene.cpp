@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/registration/object/overlap.h"
 #include "core/registration/policy.h"
 #include "core/registration/registration.h"
 #include "core/registration/scene/scene_descent.h"
@@ -78,12 +79,21 @@ void check_limits(std::span<const SceneObject> objects, std::span<const JointLim
     }
 }
 
-/// The limits as priors; where the starts are far beyond one, a decision says so.
+/// True where a view shows something of an object at its start, which the X-rays then hold.
+bool is_held(const SceneDescent& scene, std::size_t k) {
+    return std::ranges::any_of(scene.views, [&](const View& view) {
+        return seen_share(scene.volumes[k]->sample(), view, scene.starts_world_from_ct[k]) > 0;
+    });
+}
+
+/// The limits as priors; where the starts are far beyond one, a decision says so. An object that no view shows pulls at
+/// no other: where it is may be wrong by any distance.
 void set_joints(SceneDescent& scene, std::span<const std::string> names, std::span<const JointLimit> limits,
                 std::vector<std::string>& decisions) {
     for (const JointLimit& limit : limits) {
         const JointPrior& joint = scene.joints.emplace_back(make_joint_prior(
             limit, scene.volumes[limit.first]->sample(), scene.volumes[limit.second]->sample(), names));
+        if (is_held(scene, limit.first) && is_held(scene, limit.second)) scene.pulling.push_back(joint);
         const JointMotion motion =
             joint_motion(joint, scene.starts_world_from_ct[limit.first], scene.starts_world_from_ct[limit.second]);
         if (motion.shift_mm.norm() <= limit.apart_mm) continue;

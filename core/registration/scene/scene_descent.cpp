@@ -88,16 +88,16 @@ bool is_over(SceneDescent& scene) {
 class JointScene {
 public:
     JointScene(const SceneDescent& scene, SceneLevel& level)
-        : scene_(scene), level_(level), noise_(scene.joints.empty() ? 0 : cost_noise(level)) {}
+        : scene_(scene), level_(level), noise_(scene.pulling.empty() ? 0 : cost_noise(level)) {}
 
     [[nodiscard]] LocalModel model(const SceneCast& cast) {
         LocalModel model = scene_model(level_, cast);
-        if (!scene_.joints.empty()) add_joints(scene_.joints, cast.world_from_ct, ends(cast), noise_, model);
+        if (!scene_.pulling.empty()) add_joints(scene_.pulling, cast.world_from_ct, ends(cast), noise_, model);
         return model;
     }
     /// What the limits have of a model's cost.
     [[nodiscard]] double share(std::span<const RigidTransform> world_from_ct) const {
-        return noise_ * joint_cost(scene_.joints, world_from_ct);
+        return noise_ * joint_cost(scene_.pulling, world_from_ct);
     }
 
 private:

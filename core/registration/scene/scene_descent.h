@@ -25,7 +25,7 @@ struct SceneDescent {
     std::vector<ResidentVolume*> volumes;                             ///< per object; borrowed
     std::vector<RigidTransform> starts_world_from_ct, world_from_ct;  ///< per object; the second: the best so far
     std::vector<std::size_t> moving, guides;  ///< those that move; those of them that say how coarse to begin
-    std::vector<JointPrior> joints;
+    std::vector<JointPrior> joints, pulling;  ///< one per limit; those of them that take part in the steps
     Shown shown;                              ///< at these poses
     double cost_initial = 0, cost_final = 0;  ///< on the finest level
     int iterations = 0;

@@ -204,6 +204,17 @@ TEST(Scene, TwoObjectsInOnePlaceAreDoubted) {
     EXPECT_TRUE(result.objects[1].ok) << testing::PrintToString(result.objects[1].reasons);
 }
 
+TEST(Scene, AJointWithALostObjectDoesNotLoseTheOther) {
+    Spine spine;
+    spine.starts[1] = RigidTransform::translate({0, 0, 400});  // beyond both images
+    const SceneResult result = spine.run(spine.objects(), {}, {{0, 1, 5, 5}});
+    EXPECT_LT(spine.error_mm(result, 0), kFound_mm);
+    EXPECT_TRUE(result.objects[0].ok) << testing::PrintToString(result.objects[0].reasons);
+    EXPECT_FALSE(result.objects[1].ok);
+    ASSERT_EQ(result.joints.size(), 1U);
+    EXPECT_FALSE(result.joints[0].is_used);
+}
+
 TEST(Scene, StopLeavesEveryObjectDoubtful) {
     Spine spine;
     StopSource stop;
