@@ -160,6 +160,21 @@ RegistrationResult judged(SceneDescent& scene, std::size_t k, const SceneObject&
     return register_alone(scene, k, object, Around::the_scene);
 }
 
+/// Coarse levels of X-rays with much that is no object's can lead an object anywhere. Beyond where it is sought at all
+/// its start is the better guess, and it no longer explains what others should. True where one was put back.
+bool put_back_strays(SceneDescent& scene, std::span<const SceneObject> objects, std::vector<std::string>& decisions) {
+    bool has_changed = false;
+    for (const std::size_t k : scene.moving) {
+        const double apart_mm = from_start_mm(scene, k, scene.world_from_ct[k]);
+        if (objects[k].is_rest || apart_mm <= searched_mm(scene.options.search)) continue;
+        decisions.push_back(objects[k].name + ": put back to its start, from which all together had led it " +
+                            fixed(apart_mm, 1) + " mm away");
+        scene.world_from_ct[k] = scene.starts_world_from_ct[k];
+        has_changed = true;
+    }
+    return has_changed && !scene.stopped_by;
+}
+
 /// Finishes and judges every object that moves.
 void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
     result.objects.clear();
@@ -228,6 +243,7 @@ SceneResult register_resident_scene(std::span<const SceneObject> objects, std::s
     for (const SceneObject& object : objects) names.push_back(object.name);
     set_joints(scene, names, limits, result.decisions);
     descend_together(scene);
+    if (put_back_strays(scene, objects, result.decisions)) finish_together(scene);
     result.together_s = seconds_since(begin);
     judge_all(scene, objects, result);
     const bool may_search = options.search.mode != Search::none;

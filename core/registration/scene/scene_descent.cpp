@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/number_text.h"
 #include "core/image/pyramid.h"
@@ -237,13 +238,21 @@ void follow_together(SceneDescent& scene, int coarser_by) {
 void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene, scene.views).back()); }
 
 bool try_pose(SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
-    SceneLevel level = make_level(scene, plan_scene(scene, scene.views).back(), fine(scene.options.similarity.filter));
-    std::vector<RigidTransform> poses = scene.world_from_ct;
+    const ScenePlan plan = plan_scene(scene, scene.views).back();
+    const GradientFilter filter = fine(scene.options.similarity.filter);
+    const std::vector<RigidTransform> now = scene.world_from_ct;
+    SceneLevel level = make_level(scene, plan, filter);
+    scene.world_from_ct[k] = world_from_ct;
+    // What one pose leaves unexplained may lie where only the other reaches.
+    for (std::size_t v = 0; const FixedChannels& there : make_level(scene, plan, filter).fixed) {
+        std::vector<float>& weights = level.fixed[v++].weights.pixels;
+        std::ranges::transform(weights, there.weights.pixels, weights.begin(), std::ranges::max);
+    }
+    const std::vector<RigidTransform> then = std::exchange(scene.world_from_ct, now);
     const JointScene jointed(scene, level);
-    const double before = scene_cost(level, poses) + jointed.share(poses);
-    poses[k] = world_from_ct;
-    if (!(scene_cost(level, poses) + jointed.share(poses) < before)) return false;
-    scene.world_from_ct = poses;
+    const double before = scene_cost(level, now) + jointed.share(now);
+    if (!(scene_cost(level, then) + jointed.share(then) < before)) return false;
+    scene.world_from_ct = then;
     return true;
 }
 

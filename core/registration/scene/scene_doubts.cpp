@@ -1,5 +1,6 @@
 #include "core/registration/scene/scene_doubts.h"
 
+#include <limits>
 #include <utility>
 
 #include "core/base/number_text.h"
@@ -17,6 +18,16 @@ double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& 
     return apart_mm(world_from_ct, scene.world_from_ct[k], scene.volumes[k]->extent());
 }
 
+double from_start_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
+    const Eigen::Vector3d centre_ct = scene.volumes[k]->extent().centre_ct_mm;
+    return (world_from_ct * centre_ct - scene.starts_world_from_ct[k] * centre_ct).norm();
+}
+
+double searched_mm(const SearchOptions& search) {
+    const bool is_near = search.mode == Search::automatic || search.mode == Search::near;
+    return is_near ? search.range_mm.value_or(kNearRange_mm) : std::numeric_limits<double>::infinity();
+}
+
 void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects,
                         std::vector<RegistrationResult>& results) {
     for (std::size_t k = 0; k < objects.size(); ++k) {
@@ -31,14 +42,10 @@ void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> 
 
 void doubt_far_places(const SceneDescent& scene, std::span<const SceneObject> objects,
                       std::vector<RegistrationResult>& results) {
-    const SearchOptions& search = scene.options.search;
-    if (search.mode == Search::none || search.mode == Search::global) return;
-    const double range_mm = search.range_mm.value_or(kNearRange_mm);
+    const double range_mm = searched_mm(scene.options.search);
     for (std::size_t k = 0; k < objects.size(); ++k) {
         if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
-        const Eigen::Vector3d centre_ct = scene.volumes[k]->extent().centre_ct_mm;
-        const double shift_mm =
-            (results[k].world_from_ct * centre_ct - objects[k].start_world_from_ct * centre_ct).norm();
+        const double shift_mm = from_start_mm(scene, k, results[k].world_from_ct);
         if (shift_mm <= range_mm) continue;
         results[k].reasons.push_back("the result lies " + fixed(shift_mm, 1) + " mm from the start, beyond the " +
                                      fixed(range_mm, 0) + " mm that were searched");

@@ -15,6 +15,12 @@ inline constexpr double kSamePlace_mm = 1;  ///< at the rim: ends closer than th
 /// How far the pose is from where all together ended, at the object's rim.
 [[nodiscard]] double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct);
 
+/// How far the pose has the object's centre from where it started.
+[[nodiscard]] double from_start_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct);
+
+/// How far from its start an object is sought; infinite where no search is, or one everywhere.
+[[nodiscard]] double searched_mm(const SearchOptions& search);
+
 /// An object that ends elsewhere alone than with all others is not to be trusted.
 void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects,
                         std::vector<RegistrationResult>& results);

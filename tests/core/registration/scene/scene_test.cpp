@@ -215,6 +215,17 @@ TEST(Scene, AJointWithALostObjectDoesNotLoseTheOther) {
     EXPECT_FALSE(result.joints[0].is_used);
 }
 
+// All together move both by 7 mm, which is more than either was to be sought in.
+TEST(Scene, WhatIsLedBeyondTheSearchIsPutBack) {
+    Spine spine;
+    RegistrationOptions options;
+    EXPECT_THAT(spine.run(spine.objects(), options).decisions, testing::Not(testing::Contains(HasSubstr("put back"))));
+    options.search.range_mm = 2;
+    const SceneResult result = spine.run(spine.objects(), options);
+    EXPECT_THAT(result.decisions, testing::Contains(HasSubstr("L4: put back to its start")));
+    EXPECT_THAT(result.decisions, testing::Contains(HasSubstr("L3: put back to its start")));
+}
+
 TEST(Scene, StopLeavesEveryObjectDoubtful) {
     Spine spine;
     StopSource stop;
