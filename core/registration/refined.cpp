@@ -75,7 +75,7 @@ RegistrationResult register_with(ResidentVolume& volume, std::span<const View> m
     again.suspect_mirrored = false;
     RegistrationResult result = register_resident(volume, moved, refined.world_from_ct, again, control);
     if (result.confidence.is_estimated) {
-        result.confidence.covariance = refined.covariance;
+        result.confidence.covariance += refined.covariance;  // what the cameras leave open beside what a DRR has not
         summarise(result.confidence, volume.extent().radius_mm);
     }
     for (std::size_t v = 0; v < moved.size(); ++v)

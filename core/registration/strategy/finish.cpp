@@ -6,6 +6,7 @@
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
 #include "core/registration/strategy/domain.h"
+#include "core/registration/strategy/views_alone.h"
 #include "core/registration/trust/confidence.h"
 #include "core/registration/trust/model_error.h"
 #include "core/registration/trust/pose_sums.h"
@@ -74,6 +75,23 @@ std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level) {
     return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch, seventh);
 }
 
+/// What each view would like its camera to be against the others. `sums`: at the pose, on this level.
+void compare_the_views(Run& run, Level& level, std::vector<ViewSums> sums, std::span<const double> shares,
+                       const EvidenceScale& scale) {
+    RegistrationResult& result = run.result;
+    std::vector<Twist> moved;
+    if (result.robust_rounds > 0 && run.options.similarity.metric == Metric::gc) {
+        std::vector<ViewAlone> alone = views_alone(run, level, view_evidence(sums, scale));
+        for (std::size_t v = 0; v < alone.size(); ++v) {
+            moved.push_back(alone[v].moved);
+            sums[v] = std::move(alone[v].sums);
+        }
+    }
+    const std::vector<ViewCorrection> corrections =
+        compare_views(sums, moved, shares, scale, run.extent.radius_mm, result.world_from_ct * run.extent.centre_ct_mm);
+    for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
+}
+
 /// How sure the pose is, and what each view would like its camera to be against the others. Both on the coarser level,
 /// where there is one: its steps are what all pixels agree on.
 void estimate_error(Run& run, Level& level, Level* coarser, double calibration) {
@@ -95,10 +113,9 @@ void estimate_error(Run& run, Level& level, Level* coarser, double calibration) 
     if (run.magnification && !run.shows_the_cut.value_or(true)) {
         run.magnification->sigma = std::hypot(run.magnification->sigma, kCutMagnification);
     }
-    const EvidenceScale scale = evidence_scale(calibration, level.plan().pixel_at_object_mm);
-    const std::vector<ViewCorrection> corrections =
-        compare_views(coarse_sums, shares, scale, radius_mm, result.world_from_ct * run.extent.centre_ct_mm);
-    for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
+    const EvidenceScale scale =
+        evidence_scale(calibration, resolved_mm(level.plan().pixel_at_object_mm, level.report().spacing_mm));
+    compare_the_views(run, coarser ? *coarser : level, coarse_sums, shares, scale);
 }
 
 /// What the finest level owes once its minimum is found: robust weights, costs, expected error.

@@ -23,9 +23,10 @@ void finish_finely(Run& run, const LevelPlan& coarser, const LevelPlan& last);
 /// Finishes a part that was followed on this level alone (follow.h): robust weights once, costs, expected error.
 void finish_near(Run& run, Level& level);
 
-/// True where more than noise is unexplained, so that weights which count it less are worth their time.
 /// What was found, of a part, is doubted whatever comes: no robust weights, and few iterations (Run::is_hopeless).
 void take_for_hopeless(Run& run, bool is_hopeless);
+
+/// True where more than noise is unexplained, so that weights which count it less are worth their time.
 [[nodiscard]] bool wants_robust_weights(const Run& run, const Level& level);
 
 }  // namespace raylign::detail

@@ -28,20 +28,25 @@ Vector6 precision(const JointProblem& problem) {
     return precision;
 }
 
-/// The view's linearization with respect to the object's twist about the centre in world. In the session's world the
-/// same motion is turned.
+/// What a twist of the object in world is in the session's world, where the same motion is turned.
+Matrix6 session_from_world(const JointPose& pose, const JointView& view, std::size_t v) {
+    const Eigen::Matrix3d rotation = (view.session_moved * inverse(pose.moved[v])).rotation;
+    Matrix6 turned = Matrix6::Zero();
+    turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = rotation;
+    return turned;
+}
+
+/// The view's linearization with respect to the object's twist about the centre in world.
 Linearization in_world(const JointProblem& problem, const JointPose& pose, std::size_t v) {
     const JointView& view = problem.views[v];
     const RigidTransform session_pose = pose_in_session(pose, view, v);
     const Eigen::Vector3d centre_ct_mm = inverse(pose.world_from_ct) * problem.centre_world_mm;
     Linearization at;
     view.session->linearize({&session_pose, 1}, centre_ct_mm, {&at, 1});
-    const Eigen::Matrix3d rotation = (view.session_moved * inverse(pose.moved[v])).rotation;
-    Matrix6 session_from_world = Matrix6::Zero();
-    session_from_world.topLeftCorner<3, 3>() = session_from_world.bottomRightCorner<3, 3>() = rotation;
+    const Matrix6 turned = session_from_world(pose, view, v);
     const double scale = view.share / view.noise;
-    return {scale * at.cost, scale * session_from_world.transpose() * at.gradient,
-            scale * session_from_world.transpose() * at.curvature * session_from_world};
+    return {scale * at.cost, scale * turned.transpose() * at.gradient,
+            scale * turned.transpose() * at.curvature * turned};
 }
 
 void add_view(const Linearization& at, std::optional<Eigen::Index> place, LocalModel& model) {
@@ -88,6 +93,16 @@ LocalModel joint_model(const JointProblem& problem, const JointPose& pose) {
     model.gradient = scale.cwiseProduct(model.gradient).eval();
     model.curvature = (scale.asDiagonal() * model.curvature * scale.asDiagonal()).eval();
     return model;
+}
+
+Eigen::VectorXd pull_of_view(const JointProblem& problem, const JointPose& pose, std::size_t view,
+                             const Matrix6& curvature, const Twist& wanted) {
+    const JointView& v = problem.views[view];
+    const Vector6 pull = -v.share / v.noise * session_from_world(pose, v, view).transpose() * curvature * wanted;
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameter_count(problem));
+    gradient.head<6>() = pull;
+    if (const std::optional<Eigen::Index> place = place_of(problem, view)) gradient.segment<6>(*place) = -pull;
+    return gradient;
 }
 
 JointPose stepped(const JointProblem& problem, const JointPose& pose, const Eigen::VectorXd& step) {

@@ -48,6 +48,11 @@ struct JointProblem {
 /// F with gradient and Gauss-Newton matrix, in (x, y of each camera that moves), rotations times radius_mm.
 [[nodiscard]] LocalModel joint_model(const JointProblem& problem, const JointPose& pose);
 
+/// The gradient in (x, y of each camera that moves; rad, mm) of a view that wants the object moved by `wanted` (rad,
+/// mm, in its session's world, where its cost has this curvature).
+[[nodiscard]] Eigen::VectorXd pull_of_view(const JointProblem& problem, const JointPose& pose, std::size_t view,
+                                           const Eigen::Matrix<double, 6, 6>& curvature, const Twist& wanted);
+
 /// The pose after a step in these parameters.
 [[nodiscard]] JointPose stepped(const JointProblem& problem, const JointPose& pose, const Eigen::VectorXd& step);
 

@@ -12,6 +12,7 @@
 #include "core/registration/strategy/finish.h"
 #include "core/registration/strategy/joint_views.h"
 #include "core/registration/trust/confidence.h"
+#include "core/registration/trust/model_error.h"
 #include "core/registration/trust/pose_sums.h"
 #include "core/registration/trust/view_agreement.h"
 
@@ -31,7 +32,7 @@ struct Stage {
     bool is_even = false;    ///< gradients evened out, as finish_as_it_needs does
     bool is_robust = false;  ///< weights renewed
     bool is_last = false;
-    double finest_pixel_mm = 0;  ///< at the object, of the last level
+    double resolved = 0;  ///< what the last level resolves [mm]
 };
 
 std::vector<Stage> stages_of(Run& run, const RegistrationResult& found) {
@@ -46,7 +47,8 @@ std::vector<Stage> stages_of(Run& run, const RegistrationResult& found) {
         fine.is_even = true;
         stages.push_back(fine);
     }
-    for (Stage& stage : stages) stage.finest_pixel_mm = stages.back().plan.pixel_at_object_mm;
+    for (Stage& stage : stages)
+        stage.resolved = resolved_mm(stages.back().plan.pixel_at_object_mm, found.levels.back().spacing_mm);
     stages.back().is_last = true;
     stages.back().is_robust = found.robust_rounds > 0;
     run.level_count = static_cast<int>(stages.size());
@@ -105,12 +107,28 @@ double cost_of(const JointProblem& problem, const JointPose& pose) {
 struct JointOutcome {
     JointPose pose;
     LocalModel model;
+    std::vector<Eigen::VectorXd> pulls;  ///< of what a DRR does not model, at the end
 };
+
+/// By how much blur, scatter and hardening of each view pull at pose and cameras (model_error.h).
+std::vector<Eigen::VectorXd> model_pulls(Run& run, JointProblem& problem, const JointPose& pose) {
+    std::vector<Eigen::VectorXd> pulls;
+    for (std::size_t v = 0; v < problem.views.size(); ++v) {
+        const JointView& view = problem.views[v];
+        const std::vector<ViewSums> sums =
+            pose_sums(*view.session, pose_in_session(pose, view, v), run.extent.centre_ct_mm, problem.before_batch);
+        const std::vector<ModelShift> shifts = model_shifts_of_views(sums).front();
+        for (const ModelShift& shift : shifts) {
+            pulls.push_back(pull_of_view(problem, pose, v, sums.front().all.curvature, shift.twist));
+        }
+    }
+    return pulls;
+}
 
 /// Solves on one level; `outcome` begins where the level before ended. False where the noise is not known.
 bool solve_stage(Run& run, const Stage& stage, Level& level, const CameraFreedom& freedom,
                  const Eigen::Vector3d& centre_world_mm, JointOutcome& outcome) {
-    const double pixel_mm = stage.plan.pixel_at_object_mm, finest_pixel_mm = stage.finest_pixel_mm;
+    const double pixel_mm = stage.plan.pixel_at_object_mm;
     if (level.report().content == Content::part) weigh_part(run, level, outcome.pose.world_from_ct);
     if (stage.is_even) weigh_whole_evenly(run, level, outcome.pose.world_from_ct);
     JointProblem problem = joint_problem(run, level, freedom, outcome.pose, centre_world_mm);
@@ -118,7 +136,7 @@ bool solve_stage(Run& run, const Stage& stage, Level& level, const CameraFreedom
     for (JointView& view : problem.views) weights.emplace_back(*view.session);
     level.report().cost_initial = cost_of(problem, outcome.pose);
     const EvidenceScale scale =
-        evidence_scale(stage.is_robust ? kCalibration_mismatch : kCalibration_explained, finest_pixel_mm);
+        evidence_scale(stage.is_robust ? kCalibration_mismatch : kCalibration_explained, stage.resolved);
     for (int round = 0; round < (stage.is_last ? kJointRounds : 1); ++round) {
         for (std::size_t v = 0; stage.is_robust && v < problem.views.size(); ++v) {
             weights[v].reweight(pose_in_session(outcome.pose, problem.views[v], v));
@@ -134,13 +152,15 @@ bool solve_stage(Run& run, const Stage& stage, Level& level, const CameraFreedom
         level.report().iterations += solved.iterations;
         level.report().termination = solved.termination;
     }
+    if (stage.is_last) outcome.pulls = model_pulls(run, problem, outcome.pose);
     level.report().cost_final = cost_of(problem, outcome.pose);
     for (const JointView& view : problem.views) level.count(*view.session);
     return true;
 }
 
-/// The inverse of the model's curvature in rad and mm.
-Eigen::MatrixXd covariance_of(const LocalModel& model, double radius_mm) {
+/// The inverse of the model's curvature in rad and mm, widened by where the pulls would have moved pose and cameras.
+Eigen::MatrixXd covariance_of(const JointOutcome& outcome, double radius_mm) {
+    const LocalModel& model = outcome.model;
     const Eigen::Index n = model.gradient.size();
     Eigen::MatrixXd covariance(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -148,13 +168,19 @@ Eigen::MatrixXd covariance_of(const LocalModel& model, double radius_mm) {
     }
     Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
     for (Eigen::Index i = 0; i < n; i += 6) scale.segment<3>(i) /= radius_mm;
-    return scale.asDiagonal() * covariance * scale.asDiagonal();
+    covariance = (scale.asDiagonal() * covariance * scale.asDiagonal()).eval();
+    Eigen::MatrixXd widened = covariance;
+    for (const Eigen::VectorXd& pull : outcome.pulls) {
+        const Eigen::VectorXd moved = kModelCalibration * covariance * pull;
+        widened += moved * moved.transpose();
+    }
+    return widened;
 }
 
 RefinedViews refined_of(const Run& run, const RigidTransform& found, const CameraFreedom& freedom,
                         const JointOutcome& outcome, const Eigen::Vector3d& centre_world_mm) {
     RefinedViews refined{.world_from_ct = outcome.pose.world_from_ct, .moved = outcome.pose.moved, .corrections = {}};
-    const Eigen::MatrixXd covariance = covariance_of(outcome.model, run.extent.radius_mm);
+    const Eigen::MatrixXd covariance = covariance_of(outcome, run.extent.radius_mm);
     refined.covariance = covariance.topLeftCorner<6, 6>();
     const Twist pose_change = camera_twist(refined.world_from_ct * inverse(found), centre_world_mm);
     Eigen::Index place = 6;

@@ -29,13 +29,17 @@ struct EvidenceScale {
     /// much more as the view sees less of them.
     double displaced_mm = 0;
 };
-/// `pixel_at_object_mm`: of the finest level.
-[[nodiscard]] EvidenceScale evidence_scale(double calibration, double pixel_at_object_mm);
+[[nodiscard]] EvidenceScale evidence_scale(double calibration, double resolved_mm);
+/// What the finest level resolves: a pixel at the object or a voxel's longest side, whichever is larger.
+[[nodiscard]] double resolved_mm(double pixel_at_object_mm, const Eigen::Vector3d& spacing_mm);
 
 /// The evidence of each view at a pose. The covariance comes from a delete-a-group jackknife over 16 groups of each
 /// view's own pixels (as in confidence.h): half of it as it is, half in the shape that the inverse curvature has, since
 /// 15 degrees of freedom tell six axes badly.
 [[nodiscard]] std::vector<ViewEvidence> view_evidence(std::span<const ViewSums> views, const EvidenceScale& scale);
+
+/// Of a view's difference from the others, as a vector of (1/rad^2, 1/mm^2): 5 degrees and 30 mm.
+[[nodiscard]] Eigen::Matrix<double, 6, 1> wide_prior_precision();
 
 /// Per view the camera's twist that it would like, against where the others together see the object, under a wide prior
 /// (5 degrees, 30 mm), so that directions that nobody sees stay still. `shares`: of the views in the cost. One
@@ -43,11 +47,12 @@ struct EvidenceScale {
 [[nodiscard]] std::vector<ViewCorrection> view_corrections(std::span<const ViewEvidence> evidence,
                                                            std::span<const double> shares, double radius_mm);
 
-/// Both for a finished pose, each view's evidence widened by what a DRR does not model (model_error.h).
-/// `centre_world_mm`: of the object, which the corrections turn about.
-[[nodiscard]] std::vector<ViewCorrection> compare_views(std::span<const ViewSums> views, std::span<const double> shares,
-                                                        const EvidenceScale& scale, double radius_mm,
-                                                        const Eigen::Vector3d& centre_world_mm);
+/// Both for a finished pose, each view's evidence widened by what a DRR does not model (model_error.h). `moved`: from
+/// the pose to where the sums of each view were taken, if elsewhere. `centre_world_mm`: of the object, which the
+/// corrections turn about.
+[[nodiscard]] std::vector<ViewCorrection> compare_views(std::span<const ViewSums> views, std::span<const Twist> moved,
+                                                        std::span<const double> shares, const EvidenceScale& scale,
+                                                        double radius_mm, const Eigen::Vector3d& centre_world_mm);
 
 /// The correction as numbers: `twist` (rad, mm) with its covariance, and what it would make of the pose.
 [[nodiscard]] ViewCorrection correction_of(const Twist& twist, const Eigen::Matrix<double, 6, 6>& covariance,
