@@ -92,13 +92,21 @@ void compare_the_views(Run& run, Level& level, std::vector<ViewSums> sums, std::
     for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
 }
 
+/// False where a view's weights have left out nearly all of a part: on a coarse level what hides it at the sides where
+/// it is cut can be all of it, and its surroundings alone tell no pose.
+bool weighs_the_object(const Run& run, Level& level) {
+    if (run.result.content == Content::whole) return true;
+    return leaves_enough(level.session(), neighbourhood(level.session(), run.result.world_from_ct, 0));
+}
+
 /// How sure the pose is, and what each view would like its camera to be against the others. Both on the coarser level,
 /// where there is one: its steps are what all pixels agree on.
 void estimate_error(Run& run, Level& level, Level* coarser, double calibration) {
     RegistrationResult& result = run.result;
     const std::vector<double> shares = shares_of(level.session());
     const std::vector<ViewSums> sums = sums_at_the_pose(run, level);
-    const std::vector<ViewSums> coarse_sums = coarser ? sums_at_the_pose(run, *coarser) : sums;
+    const bool is_coarser_told = coarser && weighs_the_object(run, *coarser);
+    const std::vector<ViewSums> coarse_sums = is_coarser_told ? sums_at_the_pose(run, *coarser) : sums;
     const double radius_mm = run.extent.radius_mm;
     result.confidence = jackknife(coarse_sums, shares, radius_mm, calibration);
     add_model_error(result.confidence, model_shifts(sums, shares, result.cost_final), radius_mm);
