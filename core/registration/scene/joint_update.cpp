@@ -7,8 +7,7 @@
 
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"
-#include "core/registration/trust/confidence.h"
-#include "core/registration/trust/verdict.h"
+#include "core/registration/scene/scene_doubts.h"
 
 namespace raylign::detail {
 namespace {
@@ -111,12 +110,7 @@ void update(const SceneDescent& scene, const Parts& parts, const Residuals& join
         const Eigen::Vector3d centre_mm = object.world_from_ct * extent.centre_ct_mm;
         object.world_from_ct = exp_about(moved.segment<6>(parts.at[k]), centre_mm) * object.world_from_ct;
         const Matrix6 own = covariance.block<6, 6>(parts.at[k], parts.at[k]);
-        object.confidence.covariance = (own + own.transpose()) / 2;
-        summarise(object.confidence, extent.radius_mm);
-        if (scene.views.size() == 1) {
-            split_by_depth(object.confidence, (centre_mm - source_world_mm(scene.views.front().geometry)).normalized());
-        }
-        doubt_expected_error_anew(object);
+        set_covariance(scene, k, own, object);
     }
 }
 

@@ -252,6 +252,7 @@ SceneResult register_resident_scene(std::span<const SceneObject> objects, std::s
         finish_together(scene);
         judge_all(scene, objects, result);
     }
+    count_other_places(scene, result.objects);
     if (!scene.stopped_by) result.joints = settle_joints(scene, names, result.objects);
     result.joints.resize(limits.size());
     doubt_other_places(scene, objects, result.objects);

@@ -1,11 +1,14 @@
 #include "core/registration/scene/scene_doubts.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
 #include "core/base/number_text.h"
 #include "core/registration/policy.h"
 #include "core/registration/scene/collisions.h"
+#include "core/registration/trust/confidence.h"
+#include "core/registration/trust/verdict.h"
 
 namespace raylign::detail {
 namespace {
@@ -26,6 +29,30 @@ double from_start_mm(const SceneDescent& scene, std::size_t k, const RigidTransf
 double searched_mm(const SearchOptions& search) {
     const bool is_near = search.mode == Search::automatic || search.mode == Search::near;
     return is_near ? search.range_mm.value_or(kNearRange_mm) : std::numeric_limits<double>::infinity();
+}
+
+void set_covariance(const SceneDescent& scene, std::size_t k, const Matrix6& covariance, RegistrationResult& object) {
+    const ObjectExtent& extent = scene.volumes[k]->extent();
+    object.confidence.covariance = (covariance + covariance.transpose()) / 2;
+    summarise(object.confidence, extent.radius_mm);
+    if (scene.views.size() == 1) {
+        const Eigen::Vector3d centre_mm = object.world_from_ct * extent.centre_ct_mm;
+        split_by_depth(object.confidence, (centre_mm - source_world_mm(scene.views.front().geometry)).normalized());
+    }
+    doubt_expected_error_anew(object);
+}
+
+void count_other_places(const SceneDescent& scene, std::vector<RegistrationResult>& results) {
+    for (const std::size_t k : scene.moving) {
+        RegistrationResult& object = results[k];
+        const bool is_pulled = std::ranges::any_of(
+            scene.pulling, [k](const JointPrior& joint) { return joint.limit.first == k || joint.limit.second == k; });
+        if (is_pulled || !object.confidence.is_estimated) continue;
+        const Eigen::Vector3d centre_mm = object.world_from_ct * scene.volumes[k]->extent().centre_ct_mm;
+        const RigidTransform moved = scene.world_from_ct[k] * inverse(object.world_from_ct);
+        const Twist apart = log(RigidTransform::translate(-centre_mm) * moved * RigidTransform::translate(centre_mm));
+        set_covariance(scene, k, object.confidence.covariance + apart * apart.transpose(), object);
+    }
 }
 
 void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects,

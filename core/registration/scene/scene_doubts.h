@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/linear_algebra.h"
 #include "core/registration/scene/scene.h"
 #include "core/registration/scene/scene_descent.h"
 
@@ -20,6 +21,14 @@ inline constexpr double kSamePlace_mm = 1;  ///< at the rim: ends closer than th
 
 /// How far from its start an object is sought; infinite where no search is, or one everywhere.
 [[nodiscard]] double searched_mm(const SearchOptions& search);
+
+/// Takes the covariance over, with what follows from it and the verdict on it.
+void set_covariance(const SceneDescent& scene, std::size_t k, const Matrix6& covariance, RegistrationResult& object);
+
+/// Counts what an object's pose and the one that it has with all others are apart by as an error of it: each is found
+/// from other pixels with other weights, and neither is known to be the better one. Not where a joint pulls at it: that
+/// moves it with all others only.
+void count_other_places(const SceneDescent& scene, std::vector<RegistrationResult>& results);
 
 /// An object that ends elsewhere alone than with all others is not to be trusted.
 void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> objects,

@@ -215,6 +215,19 @@ TEST(Scene, AJointWithALostObjectDoesNotLoseTheOther) {
     EXPECT_FALSE(result.joints[0].is_used);
 }
 
+TEST(Scene, WhatAloneAndTogetherAreApartByIsExpected) {
+    Spine spine;
+    const SceneResult result = spine.run(spine.objects());
+    for (std::size_t k = 0; k < 2; ++k) {
+        const RegistrationResult& object = result.objects[k];
+        ASSERT_TRUE(object.confidence.is_estimated);
+        const Eigen::Vector3d centre_ct = spine.volumes[k].grid.centre_ct_mm();
+        const double apart_mm = (result.together[k] * centre_ct - object.world_from_ct * centre_ct).norm();
+        EXPECT_GT(apart_mm, 1e-3);
+        EXPECT_GT(object.confidence.rim_mm, 0.9 * apart_mm);
+    }
+}
+
 // All together move both by 7 mm, which is more than either was to be sought in.
 TEST(Scene, WhatIsLedBeyondTheSearchIsPutBack) {
     Spine spine;
