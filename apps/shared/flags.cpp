@@ -23,7 +23,7 @@ void add_model_flags(CLI::App& command, VolumeFlags& flags) {
                                 "MU=N (1/mm); of several objects NAME=MATERIAL; default none: must be given"),
              "MATERIAL ...", kObjectGroup);
     describe(command.add_option("--mesh-spacing", flags.mesh_spacing_mm,
-                                "Voxels that a model is cut into; default 0: a pixel of the views there"),
+                                "Voxels that a model is cut into; default 0: two thirds of a pixel of the views there"),
              "MM", kObjectGroup);
     describe(command.add_option("--mesh-unit", flags.mesh_unit, "Unit of a model: mm, cm, m or in; default mm"), "UNIT",
              kObjectGroup);

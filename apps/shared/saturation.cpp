@@ -1,6 +1,7 @@
 #include "apps/shared/saturation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/base/error.h"
@@ -28,6 +29,7 @@ std::vector<std::string> settle_saturation(const std::string& text, bool has_met
     std::vector<std::string> notes;
     const std::optional<double> said = parse_saturation(text);
     for (View& view : views) {
+        view.by_transmission = has_metal && !(said && std::isinf(*said));
         if (said) {
             view.ceiling = *said;
             continue;

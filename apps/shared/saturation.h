@@ -18,7 +18,8 @@ namespace raylign::detail::apps {
 /// A model of metal: what a detector may see nothing through.
 [[nodiscard]] bool is_metal(const std::filesystem::path& file, const Volume& volume);
 
-/// Sets the views' ceilings: as said, or with auto, for metal, each by its image. Returns what was decided.
+/// Sets the views' ceilings: as said, or with auto, for metal, each by its image. Metal is compared by what arrives,
+/// unless nothing is to saturate. Returns what was decided.
 [[nodiscard]] std::vector<std::string> settle_saturation(const std::string& text, bool has_metal,
                                                          std::span<View> views);
 

@@ -102,8 +102,9 @@ public:
         }
         instant_ = ahead && ahead_at_ == at ? std::move(*ahead) : reader_.read(inputs_.frames[at]);
         settle();
-        for (std::size_t v = 0; v < std::min(ceilings_.size(), instant_.views.size()); ++v) {
-            instant_.views[v].ceiling = ceilings_[v];
+        for (std::size_t v = 0; v < std::min(detectors_.size(), instant_.views.size()); ++v) {
+            instant_.views[v].ceiling = detectors_[v].ceiling;
+            instant_.views[v].by_transmission = detectors_[v].by_transmission;
         }
         const bool is_backwards = at_ && at < *at_;
         at_ = at;
@@ -130,7 +131,7 @@ private:
         if (is_settled_ || !instant_.gap.empty()) return;
         is_settled_ = true;
         notes_ = settle_saturation(inputs_.saturation, inputs_.has_metal, instant_.views);
-        for (const View& view : instant_.views) ceilings_.push_back(view.ceiling);
+        for (const View& view : instant_.views) detectors_.push_back({view.ceiling, view.by_transmission});
     }
 
     const TrackInputs& inputs_;
@@ -139,7 +140,11 @@ private:
     Instant instant_;
     std::optional<std::size_t> at_;
     bool is_settled_ = false;
-    std::vector<double> ceilings_;
+    struct Detector {
+        double ceiling;
+        bool by_transmission;
+    };
+    std::vector<Detector> detectors_;
     std::vector<std::string> notes_;
     std::size_t ahead_at_ = 0;
     std::future<Instant> ahead_;  ///< the last member: its end waits for the reading, which needs the others

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/image/transmission.h"
 #include "core/registration/strategy/follow.h"
 #include "core/registration/strategy/magnified.h"
 #include "core/registration/strategy/refine_views.h"
@@ -187,6 +188,9 @@ RegistrationResult detail::register_resident(ResidentVolume& volume, std::span<c
                                              const RegistrationOptions& options, const RunControl& control) {
     check(options, volume.backend(), start_world_from_ct);
     check_views(views);
+    if (std::ranges::any_of(views, &View::by_transmission)) {
+        return register_resident(volume, as_compared(views), start_world_from_ct, options, control);
+    }
     if (options.refine_views) return register_refined(volume, views, start_world_from_ct, options, control);
     if (options.render.projector != volume.render().projector || options.render.step_mm != volume.render().step_mm) {
         throw Error("render settings: must be those that the volume was made resident with");
@@ -210,6 +214,9 @@ RegistrationResult detail::follow_resident(ResidentVolume& volume, std::span<con
                                            const RunControl& control) {
     check(options, volume.backend(), prediction_world_from_ct);
     check_views(views);
+    if (std::ranges::any_of(views, &View::by_transmission)) {
+        return follow_resident(volume, as_compared(views), prediction_world_from_ct, options, coarser_by, control);
+    }
     Run run = make_run(volume, views, prediction_world_from_ct, options, control);
     judge(run, ended_early(run, [&] { follow(run, coarser_by); }));
     return std::move(run.result);

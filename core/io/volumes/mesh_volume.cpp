@@ -125,8 +125,9 @@ VoxelGrid grid_for(const MeshBounds& bounds, const VolumeReadOptions& options, s
     if (voxels > kChosenVoxels) spacing_mm *= std::cbrt(voxels / kChosenVoxels);
     spacing_mm = std::round(spacing_mm * 1000) / 1000 + (spacing_mm < 5e-4 ? spacing_mm : 0);
     notes.push_back("voxels of " + number_text(spacing_mm) + " mm for the model, " +
-                    (options.proposed_mesh_spacing_mm && voxels <= kChosenVoxels ? "a pixel of the views there"
-                                                                                 : "256 along it at most") +
+                    (options.proposed_mesh_spacing_mm && voxels <= kChosenVoxels
+                         ? "two thirds of a pixel of the views there"
+                         : "256 along it at most") +
                     "; --mesh-spacing chooses others");
     return grid_around(bounds, spacing_mm, kMostVoxels);
 }

@@ -19,8 +19,14 @@ double pixel_at_object_mm(const ViewGeometry& view, const Eigen::Vector3d& centr
     return depth_mm / std::max(view.camera.intrinsics_px(0, 0), view.camera.intrinsics_px(1, 1));
 }
 
-int halvings_that_fit(const VoxelGrid& grid, double pixel_mm) {
-    const double ratio = pixel_mm / grid.spacing_mm.minCoeff();
+/// Where the DRR saturates, voxels that are averaged move its outline outwards (the least of metal hides nearly all),
+/// by a sixth of a pixel where they are as large as pixels: they are halved once less.
+double voxels_per_pixel(std::span<const View> views) {
+    return std::ranges::any_of(views, [](const View& view) { return std::isfinite(view.ceiling); }) ? 2 : 1;
+}
+
+int halvings_that_fit(const VoxelGrid& grid, double voxel_mm) {
+    const double ratio = voxel_mm / grid.spacing_mm.minCoeff();
     int halvings = std::max(0, static_cast<int>(std::lround(std::log2(std::max(ratio, 1e-6)))));
     while (halvings > 0 && (grid.size.minCoeff() >> halvings) < kSmallestVolumeSide) --halvings;
     return halvings;
@@ -68,7 +74,8 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
         finest.pixel_at_object_mm = std::min(finest.pixel_at_object_mm, pixel_mm);
         smallest_side_px = std::min(smallest_side_px, side_px);
     }
-    finest.volume_halvings = halvings_that_fit(volume.grid, finest.pixel_at_object_mm);
+    const double per_pixel = voxels_per_pixel(views);
+    finest.volume_halvings = halvings_that_fit(volume.grid, finest.pixel_at_object_mm / per_pixel);
 
     std::vector<LevelPlan> plan{finest};
     while ((smallest_side_px >>= 1) >= kSmallestImageSide_px && (!levels || std::ssize(plan) < *levels)) {
@@ -77,7 +84,7 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
         next.is_finest = false;
         for (int& halvings : next.image_halvings) ++halvings;
         next.pixel_at_object_mm *= 2;
-        next.volume_halvings = halvings_that_fit(volume.grid, next.pixel_at_object_mm);
+        next.volume_halvings = halvings_that_fit(volume.grid, next.pixel_at_object_mm / per_pixel);
         next.filter = narrowed(finest_filter, static_cast<int>(plan.size()));
         if (!masks_leave_enough(views, next)) break;
         plan.push_back(next);

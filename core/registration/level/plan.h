@@ -24,7 +24,7 @@ struct LevelPlan {
 /// half a voxel wide (finer pixels hold nothing that the CT could explain); each coarser one halves it, as long as the
 /// smaller image side has at least 32 px, the object's thinnest direction at least 8 px (a bone that is a speck sends
 /// the search to the wrong place) and every mask leaves at least 400 px, or until there are `levels` of them. The
-/// volume is halved until its voxel fits the pixel.
+/// volume is halved until its voxel fits the pixel, or half of it where a view has a ceiling.
 [[nodiscard]] std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
                                                  const RigidTransform& world_from_ct, const ObjectExtent& extent,
                                                  const GradientFilter& finest_filter, std::optional<int> levels);

@@ -44,6 +44,16 @@ TEST(Levels, PixelsFinerThanHalfAVoxelAreNotUsed) {
     EXPECT_EQ(levels.back().volume_halvings, 0);
 }
 
+TEST(Levels, VoxelsAreHalvedOnceLessWhereAViewSaturates) {
+    const Volume fine = solid_cube(256, 0.5);
+    auto views = test::biplane_views(256, 256);
+    EXPECT_EQ(plan(fine, views).back().volume_halvings, 1);
+    views[1].ceiling = 1.2;
+    const auto levels = plan(fine, views);
+    EXPECT_EQ(levels.back().volume_halvings, 0);
+    EXPECT_EQ(levels.front().volume_halvings, std::ssize(levels) - 1);
+}
+
 TEST(Levels, CoarseningStopsBeforeTheObjectIsASpeck) {
     Volume rod = solid_cube(64, 1);  // 6 mm thick along x and y, 64 mm long
     for (std::size_t i = 0; i < rod.attenuation_per_mm.size(); ++i) {

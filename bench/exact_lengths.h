@@ -1,0 +1,18 @@
+#pragma once
+
+#include "core/io/meshes/triangle_mesh.h"
+#include "raylign/image.h"
+#include "raylign/rigid_transform.h"
+#include "raylign/view.h"
+
+namespace raylign::detail::bench {
+
+/// The length [mm] of each pixel's ray inside a closed surface: the sum of the signed depths of the triangles that it
+/// meets (one that is left counts plus, one that is entered minus: no sorting), turned so that lengths are positive.
+[[nodiscard]] Image exact_lengths(const TriangleMesh& mesh, const ViewGeometry& view,
+                                  const RigidTransform& world_from_ct);
+
+/// The view with n x n pixels in place of each.
+[[nodiscard]] ViewGeometry finer(ViewGeometry view, int n);
+
+}  // namespace raylign::detail::bench

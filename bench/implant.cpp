@@ -1,0 +1,260 @@
+// How far a model in one X-ray with known truth is off, and what it was expected to be off:
+//   raylign_implant MODEL VIEWS POSE [--material M] [--poses N] [--first N] [--blur MM,...] [--floor SHARE] [--bits N]
+//                   [--tissue L] [--photons N] [--spacing PX] [--line-integrals] [--threads N] [--json FILE]
+// VIEWS has the camera (and an image, whose pixels do not count), POSE is where truth is near. X-rays: the exact length
+// of each ray inside the triangles (exact_lengths.h) on 3 x 3 samples a pixel, exp(-mu length) times what tissue of
+// random soft lumps lets through, the detector's blur, quanta, a floor and whole counts. Truth: within 10 mm and 10
+// degrees of POSE; the start within 2 mm and 2 degrees of truth, without search: one minimum is what is measured.
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <numbers>
+
+#include "bench/exact_lengths.h"
+#include "bench/record.h"
+#include "core/base/random.h"
+#include "core/image/saturation.h"
+#include "core/io/meshes/material.h"
+#include "core/io/meshes/mesh_file.h"
+#include "core/io/meshes/voxelize_mesh.h"
+#include "raylign/backends.h"
+#include "raylign/io/pose.h"
+#include "raylign/io/views.h"
+#include "raylign/registration.h"
+#include "raylign/xray.h"
+
+namespace raylign::detail::bench {
+namespace {
+
+constexpr int kSamples = 3;
+constexpr double kMostVoxels = 4e8;
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Settings {
+    std::string model, views, pose, material = "cobalt-chrome";
+    int poses = 20, first = 0, bits = 8, threads = 1;
+    std::vector<double> blurs_mm{0.34};
+    double blur_mm = 0, floor_share = 0.1, tissue = 1, photons_per_mm2 = 1.5e5, spacing_px = 2.0 / 3;
+    bool line_integrals = false;  ///< compared by these, as before
+};
+
+/// Turned about `centre_mm` and moved, both evenly within a ball.
+RigidTransform moved(const RigidTransform& pose, const Eigen::Vector3d& centre_mm, double most_mm, double most_deg,
+                     Random& random) {
+    const Eigen::Vector3d axis = random.direction(), direction = random.direction();
+    Twist twist;
+    twist << axis * random.uniform(0, most_deg) * kDegree, direction * most_mm * std::cbrt(random.uniform());
+    return exp_about(twist, centre_mm) * pose;
+}
+
+/// Line integrals of lumps, from some pixels to a quarter of the image wide.
+Image tissue(const Eigen::Vector2i& size_px, double strength, Random& random) {
+    constexpr int kLumps = 40;
+    Image image(size_px.x(), size_px.y(), static_cast<float>(strength));
+    for (int k = 0; k < kLumps; ++k) {
+        const double sigma = size_px.x() * 0.25 * std::pow(0.05, random.uniform());
+        const double x0 = random.uniform(0, size_px.x()), y0 = random.uniform(0, size_px.y());
+        const double height = 0.3 * strength * random.normal();
+        const int reach = static_cast<int>(3 * sigma);
+        const int y_end = std::min(size_px.y(), static_cast<int>(y0) + reach);
+        const int x_end = std::min(size_px.x(), static_cast<int>(x0) + reach);
+        for (int y = std::max(0, static_cast<int>(y0) - reach); y < y_end; ++y) {
+            for (int x = std::max(0, static_cast<int>(x0) - reach); x < x_end; ++x) {
+                const double r2 = (x - x0) * (x - x0) + (y - y0) * (y - y0);
+                image(x, y) += static_cast<float>(height * std::exp(-r2 / (2 * sigma * sigma)));
+            }
+        }
+    }
+    for (float& pixel : image.pixels) pixel = std::max(pixel, 0.F);
+    return image;
+}
+
+/// Counts of the model at this pose.
+RawXray xray_of(const TriangleMesh& mesh, double mu_per_mm, const ViewGeometry& view, const RigidTransform& pose,
+                const Settings& settings, int seed) {
+    const Image lengths = exact_lengths(mesh, finer(view, kSamples), pose);
+    Random random(static_cast<std::uint64_t>(seed) + 1000);
+    const Image body = tissue(view.camera.size_px, settings.tissue, random);
+    const Eigen::Vector2d pitch_mm = view.camera.pixel_pitch_mm().value();
+    XrayExposure exposure;
+    exposure.samples_per_pixel = kSamples;
+    exposure.sample_pitch_mm = pitch_mm / kSamples;
+    exposure.energy = lengths;
+    for (int y = 0; y < lengths.height; ++y) {
+        for (int x = 0; x < lengths.width; ++x) {
+            const double integral = mu_per_mm * std::max(0.F, lengths(x, y)) + body(x / kSamples, y / kSamples);
+            exposure.energy(x, y) = static_cast<float>(std::exp(-integral));
+        }
+    }
+    exposure.energy_squared = exposure.energy;
+    exposure.photons_per_sample = settings.photons_per_mm2 * exposure.sample_pitch_mm.prod();
+    XrayModel model;
+    model.name = "implant";
+    model.blur_mm = settings.blur_mm;
+    model.floor_share = settings.floor_share;
+    model.bits = settings.bits;
+    model.full_scale = std::exp(-0.3 * settings.tissue);
+    return detected(model, exposure, static_cast<std::uint64_t>(seed));
+}
+
+struct Outcome {
+    double depth_mm = 0, plane_mm = 0, turn_deg = 0;
+    double expected_depth_mm = 0, expected_plane_mm = 0, expected_deg = 0;
+    bool ok = false;
+};
+
+Outcome outcome_of(const RegistrationResult& found, const RigidTransform& truth, const Eigen::Vector3d& centre_ct_mm,
+                   const ViewGeometry& view) {
+    const Eigen::Vector3d at_mm = truth * centre_ct_mm, off_mm = found.world_from_ct * centre_ct_mm - at_mm;
+    const Eigen::Vector3d axis = (at_mm - source_world_mm(view)).normalized();
+    Outcome outcome;
+    outcome.depth_mm = off_mm.dot(axis);
+    outcome.plane_mm = (off_mm - outcome.depth_mm * axis).norm();
+    outcome.turn_deg = Eigen::AngleAxisd(found.world_from_ct.rotation * truth.rotation.transpose()).angle() / kDegree;
+    outcome.expected_depth_mm = found.confidence.in_depth_mm;
+    outcome.expected_plane_mm = found.confidence.in_plane_mm;
+    outcome.expected_deg = found.confidence.rotation_deg;
+    outcome.ok = found.ok;
+    return outcome;
+}
+
+Outcome run_pose(const Settings& settings, const TriangleMesh& mesh, const Volume& volume, double mu_per_mm, View view,
+                 const RigidTransform& near, int seed, Backend& backend) {
+    const Eigen::Vector3d centre_ct_mm = (bounds_of(mesh).low_mm + bounds_of(mesh).high_mm) / 2;
+    Random random(static_cast<std::uint64_t>(seed));
+    const RigidTransform truth = moved(near, near * centre_ct_mm, 10, 10, random);
+    const RigidTransform start = moved(truth, truth * centre_ct_mm, 2, 2, random);
+    IntensitySettings intensity;
+    intensity.kind = IntensityKind::transmission;
+    intensity.polarity = Polarity::bone_dark;
+    XrayConversion read = line_integral_from_xray(xray_of(mesh, mu_per_mm, view.geometry, truth, settings, seed), {},
+                                                  intensity, "simulated");
+    view.image = std::move(read.line_integral);
+    view.weights = std::move(read.weights);
+    const std::optional<Saturation> saturation = find_saturation(view.image, view.weights);
+    if (saturation) view.ceiling = saturation->ceiling;
+    view.by_transmission = !settings.line_integrals;
+    RegistrationOptions options;
+    options.content = Content::part;
+    options.search.mode = Search::none;
+    const std::vector<View> views{view};
+    const RegistrationResult found = register_volume(volume, views, start, options, backend);
+    const Outcome outcome = outcome_of(found, truth, centre_ct_mm, view.geometry);
+    std::cout << "pose " << seed << ": depth " << outcome.depth_mm << " (expected " << outcome.expected_depth_mm
+              << "), in plane " << outcome.plane_mm << " (" << outcome.expected_plane_mm << ") mm, turn "
+              << outcome.turn_deg << " (" << outcome.expected_deg << ") degrees, ceiling " << view.ceiling << ", cost "
+              << found.cost_final << (found.ok ? ", ok" : ", doubtful: " + found.reasons.front()) << std::endl;
+    return outcome;
+}
+
+double quantile(std::vector<double> values, double share) {
+    if (values.empty()) return std::nan("");
+    std::ranges::sort(values);
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+/// Shares of the poses whose error is below twice the expected one, and the table's row.
+void report(const Settings& settings, const std::vector<Outcome>& outcomes, Record& record) {
+    std::vector<double> depth, size, expected, plane, turn;
+    int told = 0, depth_covered = 0, plane_covered = 0, turn_covered = 0, ok = 0;
+    double sum = 0, squares = 0;
+    for (const Outcome& o : outcomes) {
+        depth.push_back(o.depth_mm);
+        size.push_back(std::abs(o.depth_mm));
+        plane.push_back(o.plane_mm);
+        turn.push_back(o.turn_deg);
+        sum += o.depth_mm;
+        squares += o.depth_mm * o.depth_mm;
+        ok += o.ok ? 1 : 0;
+        if (!(o.expected_depth_mm > 0)) continue;
+        ++told;
+        expected.push_back(o.expected_depth_mm);
+        depth_covered += std::abs(o.depth_mm) < 2 * o.expected_depth_mm ? 1 : 0;
+        plane_covered += o.plane_mm < 2 * o.expected_plane_mm ? 1 : 0;
+        turn_covered += o.turn_deg < 2 * o.expected_deg ? 1 : 0;
+    }
+    const auto count = static_cast<double>(outcomes.size());
+    std::cout << "depth: mean " << sum / count << ", rms " << std::sqrt(squares / count) << ", p50 of the size "
+              << quantile(size, 0.5) << ", most " << quantile(size, 1) << " mm; expected p50 "
+              << quantile(expected, 0.5) << " (" << quantile(expected, 0) << " to " << quantile(expected, 1)
+              << "); below twice that: depth " << depth_covered << ", in plane " << plane_covered << ", turn "
+              << turn_covered << " of " << told << "; ok " << ok << " of " << count << "; in plane p50 "
+              << quantile(plane, 0.5) << " mm, turn p50 " << quantile(turn, 0.5) << " degrees" << std::endl;
+    const std::string name = settings.model.substr(settings.model.find_last_of('/') + 1);
+    record.add({name, settings.line_integrals ? "line integrals" : "what arrives", settings.blur_mm,
+                settings.floor_share, settings.spacing_px, count, sum / count, std::sqrt(squares / count),
+                quantile(size, 1), quantile(expected, 0.5), told, depth_covered, plane_covered, turn_covered});
+}
+
+void measure(const Settings& settings, Record& record) {
+    const TriangleMesh mesh = solid_of(read_mesh(settings.model), settings.model).mesh;
+    View view = read_views(std::vector<std::string>{settings.views}, ReadImages::required).views.front();
+    const RigidTransform pose = read_pose(settings.pose);
+    const MeshBounds bounds = bounds_of(mesh);
+    const Eigen::Vector3d middle_mm = pose * Eigen::Vector3d((bounds.low_mm + bounds.high_mm) / 2);
+    const double depth_mm = (view.geometry.camera_from_world * middle_mm).z();
+    const double pixel_mm = depth_mm / view.geometry.camera.intrinsics_px(0, 0);
+    const double mu_per_mm = attenuation_of_material(settings.material, hu_presets().front());
+    Volume volume;
+    volume.grid = grid_around(bounds, settings.spacing_px * pixel_mm, kMostVoxels);
+    volume.attenuation_per_mm = voxelize_mesh(mesh, volume.grid).share;
+    for (float& value : volume.attenuation_per_mm) value *= static_cast<float>(mu_per_mm);
+    BackendOptions options;
+    options.cpu.threads = settings.threads;
+    const auto backend = create_backend("cpu", options).backend;
+    Settings one = settings;
+    for (const double blur_mm : settings.blurs_mm) {
+        one.blur_mm = blur_mm;
+        std::vector<Outcome> outcomes;
+        for (int i = 0; i < settings.poses; ++i) {
+            outcomes.push_back(run_pose(one, mesh, volume, mu_per_mm, view, pose, settings.first + i, *backend));
+        }
+        report(one, outcomes, record);
+    }
+}
+
+void add_options(CLI::App& app, Settings& settings) {
+    app.add_option("model", settings.model)->required();
+    app.add_option("views", settings.views)->required();
+    app.add_option("pose", settings.pose)->required();
+    app.add_option("--material", settings.material);
+    app.add_option("--poses", settings.poses);
+    app.add_option("--first", settings.first);
+    app.add_option("--blur", settings.blurs_mm)->delimiter(',');
+    app.add_option("--floor", settings.floor_share);
+    app.add_option("--bits", settings.bits);
+    app.add_option("--tissue", settings.tissue);
+    app.add_option("--photons", settings.photons_per_mm2);
+    app.add_option("--spacing", settings.spacing_px);
+    app.add_option("--threads", settings.threads);
+    app.add_flag("--line-integrals", settings.line_integrals);
+}
+
+int run(int argc, char** argv) {
+    Record record(
+        argc, argv, "Depth of a model in one X-ray",
+        {"model", "compared", "blur [mm]", "floor", "voxels [px]", "poses", "depth, mean [mm]", "depth, rms [mm]",
+         "depth, most [mm]", "expected depth error, p50 [mm]", "told", "depth within twice", "in plane", "turn"});
+    Settings settings;
+    CLI::App app("Depth of a model in one X-ray");
+    add_options(app, settings);
+    CLI11_PARSE(app, argc, argv);
+    measure(settings, record);
+    record.write();
+    return 0;
+}
+
+}  // namespace
+}  // namespace raylign::detail::bench
+
+int main(int argc, char** argv) {
+    try {
+        return raylign::detail::bench::run(argc, argv);
+    } catch (const raylign::Error& error) {
+        std::cerr << "raylign_implant: " << error.what() << "\n";
+        return 2;
+    }
+}
