@@ -18,6 +18,13 @@ constexpr double kCostToleranceFinest = 1e-10;
 constexpr double kCostToleranceCoarse = 1e-6;
 constexpr int kTypicalIterations = 15;  // per level: scales the progress estimate only
 
+bool shows_anything(const Image& drr, const Image& weights) {
+    for (std::size_t i = 0; i < drr.pixels.size(); ++i) {
+        if (weights.pixels[i] > 0 && drr.pixels[i] > 0) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
 double level_work(const LevelPlan& plan) {
@@ -175,6 +182,12 @@ void Level::check_overlap() {
     for (std::size_t v = 0; v < session_->view_count(); ++v) {
         const auto first = sums.begin() + static_cast<std::ptrdiff_t>(v) * channels;
         if (!std::all_of(first, first + channels, moving_is_constant)) continue;
+        if (shows_anything(session_->render(run_.start, v), session_->fixed_channels(v).weights)) {
+            throw Error("start pose: the DRR is the same on all usable pixels of view " + run_.views[v].name +
+                        ": the object covers them and the detector sees nothing through it, so that nothing of its "
+                        "outline is seen. Allowed: an object whose outline lies on usable pixels (is its unit right, "
+                        "is it too near to the source?), or a saturation that lets its thickness be seen");
+        }
         throw Error("start pose: the DRR misses the detector of view " + run_.views[v].name +
                     " (nothing of the volume is projected onto its usable pixels)");
     }

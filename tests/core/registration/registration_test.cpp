@@ -188,6 +188,16 @@ TEST(Registration, AStartThatMissesTheDetectorIsAnErrorNamingTheView) {
     EXPECT_NE(message.find("misses the detector of view AP"), std::string::npos) << message;
 }
 
+TEST(Registration, AnObjectThatCoversTheDetectorIsAnErrorOfItsOwn) {
+    SmallCase c;
+    std::ranges::fill(c.volume.attenuation_per_mm, 1.F);
+    c.volume.grid = centred_grid(c.volume.grid.size, Eigen::Vector3d::Constant(20));
+    for (View& view : c.views) view.ceiling = 0.5;
+    const std::string message = test::error_of([&] { (void)c.run(c.truth); });
+    EXPECT_NE(message.find("same on all usable pixels of view AP"), std::string::npos) << message;
+    EXPECT_EQ(message.find("misses"), std::string::npos) << message;
+}
+
 TEST(Registration, BadInputIsRefusedWithWhatAndWhere) {
     SmallCase c;
     const RigidTransform start = c.truth;
