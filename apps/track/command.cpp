@@ -11,6 +11,7 @@
 #include "apps/shared/outputs.h"
 #include "apps/shared/saturation.h"
 #include "apps/track/config.h"
+#include "apps/track/gaps.h"
 #include "apps/track/pictures.h"
 #include "apps/track/report.h"
 #include "apps/track/smooth.h"
@@ -183,6 +184,9 @@ int run_track_command(const TrackCommandOptions& given, const Invocation& invoca
     report.hashed = inputs.hashes;
     report.notes = inputs.notes;
     append(report.notes, record.notes);
+    if (options.joint_gap_mm != 0) {
+        record.rows = rows_with_gaps_held(std::move(record.rows), inputs, options.joint_gap_mm, report.notes);
+    }
     if (record.recalled > 0) {
         report.notes.push_back(std::to_string(record.recalled) + " of " + std::to_string(record.rows.size()) +
                                " rows are from an earlier run, by " + FrameJournal::kName +
@@ -252,6 +256,11 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
     describe(command.add_option("--depth-change", options.depth_change_mm,
                                 "One view: by how much depth changes from frame to frame, a standard deviation; where\n"
                                 "the last frame lay then counts beside the image; default 0: not known"),
+             "MM", kSearchGroup);
+    describe(command.add_option(
+                 "--joint-gap", options.joint_gap_mm,
+                 "One view, several objects: by how much the difference of two neighbours' depths (of\n"
+                 "--joint, else in order) changes over all frames, a standard deviation; default 0: not known"),
              "MM", kSearchGroup);
     command
         .add_flag("--thorough", options.is_thorough,

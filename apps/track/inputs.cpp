@@ -105,6 +105,16 @@ std::vector<std::string> TrackInputs::view_names() const {
     return names;
 }
 
+namespace {
+
+void check_one_view(const char* option, double value_mm, const ViewsFile& views) {
+    if (value_mm == 0 || views.views.size() < 2) return;
+    throw Error(std::string(option) + " is for one view: " + std::to_string(views.views.size()) +
+                " views tell depth by themselves");
+}
+
+}  // namespace
+
 RigidTransform read_axes(const std::filesystem::path& path) {
     const nlohmann::json json = detail::read_json(path);
     const detail::JsonNode root(json, "the file", path.string());
@@ -121,6 +131,7 @@ TrackInputs read_track_inputs(const TrackCommandOptions& options) {
     (void)parse_saturation(inputs.saturation);
     const std::vector<ObjectFlags> objects = objects_of(options);
     inputs.joints = joints_of(options, objects);
+    check_joint_gap(options, objects.size());
     for (const ObjectFlags& object : objects) {
         if (!object.axes.empty()) (void)read_axes(object.axes);  // a typo should not wait for a large CT
     }
@@ -131,10 +142,8 @@ TrackInputs read_track_inputs(const TrackCommandOptions& options) {
                                          .undistorted = parse_truth(options.views.undistorted, "--undistorted")});
     append_new(inputs.files, inputs.views.files);
     append_new(inputs.notes, inputs.views.notes);
-    if (options.depth_change_mm != 0 && inputs.views.views.size() > 1) {
-        throw Error("--depth-change is for one view: " + std::to_string(inputs.views.views.size()) +
-                    " views tell depth by themselves");
-    }
+    check_one_view("--depth-change", options.depth_change_mm, inputs.views);
+    check_one_view("--joint-gap", options.joint_gap_mm, inputs.views);
     inputs.frames = pair_frames(inputs.views, options.range);
     inputs.frame_step = usual_step(inputs.frames);
     check_frame_sizes(inputs.views, inputs.frames);

@@ -178,6 +178,15 @@ std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options) {
     return objects;
 }
 
+void check_joint_gap(const TrackCommandOptions& options, std::size_t object_count) {
+    if (options.joint_gap_mm == 0) return;
+    if (!(options.joint_gap_mm > 0 && options.joint_gap_mm <= 1000)) {
+        throw bad_value("--joint-gap", detail::number_text(options.joint_gap_mm) + " mm", "in (0, 1000] mm");
+    }
+    if (object_count > 1) return;
+    throw Error("--joint-gap holds the depths of several objects together, and there is one: name more by --bone");
+}
+
 std::vector<std::pair<std::size_t, std::size_t>> joints_of(const TrackCommandOptions& options,
                                                            const std::vector<ObjectFlags>& objects) {
     std::vector<std::pair<std::size_t, std::size_t>> joints;

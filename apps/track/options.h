@@ -32,6 +32,7 @@ struct TrackCommandOptions {
     double max_jump_mm = 0;
     bool is_thorough = false;         ///< every frame in full
     double depth_change_mm = 0;       ///< 0 = unknown
+    double joint_gap_mm = 0;          ///< 0 = unknown
     bool is_alone = false;            ///< each object as if the others were not there
     std::string smooth = "none";      ///< none, auto or a strength
     std::vector<std::string> joints;  ///< PROXIMAL,DISTAL
@@ -56,6 +57,9 @@ struct ObjectFlags {
 /// views, called like their files. Throws Error for names that are none, stand twice or are unknown, and for flags that
 /// contradict each other; no file but a trial is read.
 [[nodiscard]] std::vector<ObjectFlags> objects_of(const TrackCommandOptions& options);
+
+/// Throws Error for a --joint-gap out of range, and where there is one object.
+void check_joint_gap(const TrackCommandOptions& options, std::size_t object_count);
 
 /// Pairs of positions among `objects`. Throws Error for unknown and equal names.
 [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> joints_of(const TrackCommandOptions& options,

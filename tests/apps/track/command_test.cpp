@@ -188,6 +188,8 @@ TEST_F(TrackCommand, FaultsAreNamedBeforeAnythingIsTracked) {
     EXPECT_THAT(message({"--joint", "object"}), HasSubstr("PROXIMAL,DISTAL"));
     EXPECT_THAT(message({"--cardan", "XYX"}), HasSubstr("ZXY"));
     EXPECT_THAT(message({"--smooth", "-1"}), HasSubstr("none, auto or a strength"));
+    EXPECT_THAT(message({"--joint-gap", "-1"}), HasSubstr("in (0, 1000] mm"));
+    EXPECT_THAT(message({"--joint-gap", "2"}), HasSubstr("there is one"));
     EXPECT_THAT(message({"--saturation", "0"}), HasSubstr("auto, none or a line integral"));
     EXPECT_THAT(message({"--recover", "auto"}), HasSubstr("none, near or global"));
     EXPECT_THAT(message({"--recover", "wide"}), HasSubstr("wide"));
@@ -209,6 +211,7 @@ TEST_F(TrackCommand, FaultsOfSeveralObjectsAreNamed) {
     EXPECT_THAT(message({"--label", "1", "--labels", "x.nii"}), HasSubstr("--label contradicts --bone"));
     EXPECT_THAT(message({"--axes", "femur=" + folder.path("f.json")}), HasSubstr("ct_from_axes"));
     EXPECT_THAT(message({"--joint", "femur,tibia"}), HasSubstr("twice"));
+    EXPECT_THAT(message({"--joint-gap", "2"}), HasSubstr("2 views tell depth by themselves"));
 }
 
 TEST_F(TrackCommand, BonesAreLabelsByNumberOrName) {
