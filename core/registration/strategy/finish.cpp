@@ -56,10 +56,10 @@ void explained_on(Run& run, Level& level) {
 
 namespace {
 
-/// The only view's line of sight to the object, in world.
-Eigen::Vector3d depth_axis(const Run& run) {
+/// From the only view's source to the object's centre, in world.
+Eigen::Vector3d line_of_sight_mm(const Run& run) {
     const Eigen::Vector3d centre_mm = run.result.world_from_ct * run.extent.centre_ct_mm;
-    return (centre_mm - source_world_mm(run.views.front().geometry)).normalized();
+    return centre_mm - source_world_mm(run.views.front().geometry);
 }
 
 /// With one view depth is size, and size is told by the edges, which contrast that is compressed moves outwards.
@@ -99,6 +99,16 @@ bool weighs_the_object(const Run& run, Level& level) {
     return leaves_enough(level.session(), neighbourhood(level.session(), run.result.world_from_ct, 0));
 }
 
+/// What one view cannot tell from depth where it shows an outline, and depth apart from all else.
+void add_depth(Run& run) {
+    const Eigen::Vector3d sight_mm = line_of_sight_mm(run);
+    if (std::isfinite(run.views.front().ceiling)) {
+        const ModelShift shift = size_shift(sight_mm);
+        add_model_error(run.result.confidence, {&shift, 1}, run.extent.radius_mm);
+    }
+    split_by_depth(run.result.confidence, sight_mm.normalized());
+}
+
 /// How sure the pose is, and what each view would like its camera to be against the others. Both on the coarser level,
 /// where there is one: its steps are what all pixels agree on.
 void estimate_error(Run& run, Level& level, Level* coarser, double calibration) {
@@ -114,7 +124,7 @@ void estimate_error(Run& run, Level& level, Level* coarser, double calibration) 
         const ModelShift shift = response_shift(sums.front(), coarse_sums.front());
         add_model_error(result.confidence, {&shift, 1}, radius_mm);
     }
-    if (run.views.size() == 1) split_by_depth(result.confidence, depth_axis(run));
+    if (run.views.size() == 1) add_depth(run);
     if (!run.options.compare_views || run.views.size() < 2) return;
     if (result.content == Content::part) return;  // other tissue pulls each view its own way
     run.magnification = magnification(coarse_sums, shares, calibration);

@@ -10,6 +10,8 @@
 namespace raylign::detail {
 namespace {
 
+constexpr double kSize = 0.002;
+
 /// Of a residual: little has hardly room for scatter, much has more of it than of hardening.
 std::array<Distortion, 2> distortions(double residual) {
     return {Distortion::blur, residual < kRobustFrom_cost ? Distortion::hardening : Distortion::scatter};
@@ -46,6 +48,12 @@ std::vector<std::vector<ModelShift>> model_shifts_of_views(std::span<const ViewS
         }
     }
     return shifts;
+}
+
+ModelShift size_shift(const Eigen::Vector3d& from_source_mm) {
+    ModelShift shift{"size", 1, Twist::Zero()};
+    shift.twist.tail<3>() = kSize * from_source_mm;
+    return shift;
 }
 
 }  // namespace raylign::detail

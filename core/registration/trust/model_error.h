@@ -29,4 +29,10 @@ struct ModelShift {
 /// moved far. The residual is that of the view.
 [[nodiscard]] std::vector<std::vector<ModelShift>> model_shifts_of_views(std::span<const ViewSums> views);
 
+/// One view that saturates shows hardly more than an outline, and what puts that off all around is depth: blur, voxels,
+/// the part's manufacture, a camera's sdd. A size that is off by 0.2 % (half of what right cameras seemed to be
+/// magnified by at most, magnification.cpp) is a depth off by as much. `from_source_mm`: the object's centre from the
+/// source.
+[[nodiscard]] ModelShift size_shift(const Eigen::Vector3d& from_source_mm);
+
 }  // namespace raylign::detail

@@ -5,7 +5,7 @@
 
 #include "core/base/random.h"
 #include "raylign/camera.h"
-#include "raylign/grid.h"
+#include "raylign/phantom.h"
 
 namespace raylign::detail::apps {
 namespace {
@@ -33,7 +33,9 @@ protected:
         Random random(7);
         for (int frame = 1; frame <= kFrames; ++frame) {
             for (std::size_t o = 0; o < 2; ++o) {
-                TrackFrame found{.frame = frame, .status = TrackStatus::ok};
+                TrackFrame found;
+                found.frame = frame;
+                found.status = TrackStatus::ok;
                 const Eigen::Vector3d centre_mm = truth_mm(o, frame);
                 const Eigen::Vector3d off_mm = kSigma_mm * random.normal() * centre_mm.normalized();
                 found.world_from_ct = RigidTransform::translate(centre_mm + off_mm - centre_ct_mm(o));

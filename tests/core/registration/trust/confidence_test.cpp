@@ -162,6 +162,21 @@ TEST(PoseSums, TakeTheDistortedDrrForTheXray) {
     }
 }
 
+TEST(ModelShifts, ASizeThatIsOffIsDepthThatIsOffByTheSameShare) {
+    const Eigen::Vector3d sight_mm(30, -40, 1000);
+    const ModelShift shift = size_shift(sight_mm);
+    // Larger by 0.2 % at one place looks like the same at 0.2 % less: the pixels of a point off the centre agree.
+    const Eigen::Vector3d off_mm(20, 10, 0), larger_mm = sight_mm + 1.002 * off_mm;
+    const Eigen::Vector3d nearer_mm = sight_mm - shift.twist.tail<3>() + off_mm;
+    EXPECT_LT((larger_mm / larger_mm.z() - nearer_mm / nearer_mm.z()).norm(), 1e-6);
+    EXPECT_EQ(shift.twist.head<3>(), Eigen::Vector3d::Zero());
+    Confidence confidence{.is_estimated = true};
+    add_model_error(confidence, {&shift, 1}, 30);
+    split_by_depth(confidence, sight_mm.normalized());
+    EXPECT_NEAR(confidence.in_depth_mm, kModelCalibration * 0.002 * sight_mm.norm(), 1e-9);
+    EXPECT_NEAR(confidence.in_plane_mm, 0, 1e-5);
+}
+
 TEST(PoseSums, RenderOnceAndLinearizeNever) {
     const JackknifeCase c(0.01);
     int views = 0;
