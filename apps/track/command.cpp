@@ -257,10 +257,10 @@ void add_track_flags(CLI::App& command, TrackCommandOptions& options) {
                                 "One view: by how much depth changes from frame to frame, a standard deviation; where\n"
                                 "the last frame lay then counts beside the image; default 0: not known"),
              "MM", kSearchGroup);
-    describe(command.add_option(
-                 "--joint-gap", options.joint_gap_mm,
-                 "One view, several objects: by how much the difference of two neighbours' depths (of\n"
-                 "--joint, else in order) changes over all frames, a standard deviation; default 0: not known"),
+    describe(command.add_option("--joint-gap", options.joint_gap_mm,
+                                "One view, several objects: by how much the difference of two neighbours' depths (of\n"
+                                "--joint, else in order) changes over all frames, a standard deviation;\n"
+                                "default 0: not known"),
              "MM", kSearchGroup);
     command
         .add_flag("--thorough", options.is_thorough,
