@@ -19,8 +19,8 @@ struct View {
     /// at least the share f = exp(-c) of the beam arrives, -log(f + (1 - f) exp(-I)). Positive; infinite = nowhere.
     double ceiling = std::numeric_limits<double>::infinity();
     /// Registered by the share of the beam that arrives, instead of by its logarithm: for objects that let hardly
-    /// anything through. A detector's blur moves the edge of metal inwards in line integrals, as they grow fastest where
-    /// least arrives, and not in what arrives.
+    /// anything through. A detector's blur moves the edge of metal inwards in line integrals, as they grow fastest
+    /// where least arrives, and not in what arrives.
     bool by_transmission = false;
 };
 

@@ -62,7 +62,8 @@ TEST_F(RegisterModel, FindsThePoseOfAnImplant) {
     EXPECT_LT(report.at("tre").at("final_mtre_mm"), 0.3) << "a pixel there is 4 mm";
     EXPECT_GT(report.at("tre").at("initial_mtre_mm"), 5);
     const std::string notes = report.at("notes").dump();
-    EXPECT_THAT(notes, AllOf(HasSubstr("36 triangles"), HasSubstr("two thirds of a pixel of the views"), HasSubstr("count once")));
+    EXPECT_THAT(notes, AllOf(HasSubstr("36 triangles"), HasSubstr("two thirds of a pixel of the views"),
+                             HasSubstr("count once")));
     EXPECT_THAT(notes, testing::Not(HasSubstr("saturat"))) << "no metal";
 }
 
