@@ -211,6 +211,7 @@ TEST_F(TrackCommand, FaultsOfSeveralObjectsAreNamed) {
     EXPECT_THAT(message({"--label", "1", "--labels", "x.nii"}), HasSubstr("--label contradicts --bone"));
     EXPECT_THAT(message({"--axes", "femur=" + folder.path("f.json")}), HasSubstr("ct_from_axes"));
     EXPECT_THAT(message({"--joint", "femur,tibia"}), HasSubstr("twice"));
+    scene.write_frames(1, 2);
     EXPECT_THAT(message({"--joint-gap", "2"}), HasSubstr("2 views tell depth by themselves"));
 }
 
