@@ -42,8 +42,8 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
     const auto poses = poses_around(scene.truth, rounds);
     const double apart = difference(fast->render(poses[0], 0), slow->render(poses[0], 0));
     std::printf("images differ by %.1e of the maximum\n", apart);
-    const double allowed = std::max(compare_tolerances(fast_backend->info()).image_share.value,
-                                    compare_tolerances(slow_backend->info()).image_share.value);
+    const double allowed = std::max(compare_tolerances(fast_backend->info(), fast->volume_layout()).image_share.value,
+                                    compare_tolerances(slow_backend->info(), slow->volume_layout()).image_share.value);
     if (!(apart < allowed)) {
         std::fprintf(stderr, "the images disagree: a fast wrong answer is not a result\n");
         return 1;

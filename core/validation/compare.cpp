@@ -78,8 +78,10 @@ private:
     }
 
     [[nodiscard]] bool is_oracle() const { return backend_ == 0; }
-    [[nodiscard]] std::unique_ptr<Session> prepare(const std::vector<View>& views) const {
-        return backends_[backend_].backend->prepare({volume_, views, options_.render, options_.similarity});
+    [[nodiscard]] std::unique_ptr<Session> prepare(const std::vector<View>& views) {
+        auto session = backends_[backend_].backend->prepare({volume_, views, options_.render, options_.similarity});
+        volume_layout_ = session->volume_layout();
+        return session;
     }
 
     /// What the oracle cannot do is the caller's problem, what another backend cannot do is a disagreement.
@@ -108,7 +110,7 @@ private:
         add_row(step, quantity, unit, largest.value(), largest.rms(), tolerance, largest.where());
     }
     [[nodiscard]] CompareTolerances tolerances() const {
-        return compare_tolerances(backends_[backend_].backend->info());
+        return compare_tolerances(backends_[backend_].backend->info(), volume_layout_);
     }
 
     void images(Session& session, std::size_t poses, std::vector<Image>& oracle, const std::string& quantity) {
@@ -286,6 +288,7 @@ private:
     std::size_t backend_ = 0;
     int pieces_ = 0;
     std::unique_ptr<Session> session_;
+    std::string volume_layout_;  ///< of the backend's last session
     std::vector<Image> full_images_, small_images_;
     std::vector<MomentSums> oracle_sums_;
     std::vector<double> oracle_costs_;

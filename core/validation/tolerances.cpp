@@ -44,4 +44,9 @@ CompareTolerances compare_tolerances(const BackendInfo& info) {
     return t;
 }
 
+CompareTolerances compare_tolerances(BackendInfo info, const std::string& volume_layout) {
+    if (volume_layout.starts_with("int16")) info.storage = "int16";
+    return compare_tolerances(info);
+}
+
 }  // namespace raylign::detail

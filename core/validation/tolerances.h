@@ -33,5 +33,7 @@ struct CompareTolerances {
 
 /// By what the backend says of itself: float or 16-bit voxels, exact interpolation or texture filters.
 [[nodiscard]] CompareTolerances compare_tolerances(const BackendInfo& info);
+/// The same where the backend chose how voxels are kept (storage "auto"): by what its session keeps.
+[[nodiscard]] CompareTolerances compare_tolerances(BackendInfo info, const std::string& volume_layout);
 
 }  // namespace raylign::detail

@@ -76,6 +76,19 @@ TEST_F(Compare, TheCpuBackendAgreesWithTheReference) {
     }
 }
 
+TEST_F(Compare, EveryInstructionSetAgreesAsAUserHasIt) {  // AVX2 keeps 16 bits of its own accord
+    for (const BackendStatus& status : backend_statuses()) {
+        for (const InstructionSetStatus& set : status.instruction_sets) {
+            if (!set.available) continue;
+            const auto cpu = create_backend(status.name, {.cpu = {.instruction_set = set.set}}).backend;
+            for (const CompareRow& row : compare(*cpu, options_).rows) {
+                EXPECT_TRUE(row.agrees) << cpu->info().instruction_set << ", " << row.quantity << ": " << row.value
+                                        << " > " << row.tolerance.value << " " << row.where;
+            }
+        }
+    }
+}
+
 TEST_F(Compare, AHalfVoxelShiftIsFoundAndMeasured) {
     const Comparison comparison = compare_with({.in_volume = [](Volume& volume) {
         volume.grid.origin_mm += volume.grid.direction.col(0) * volume.grid.spacing_mm.x() / 2;
@@ -198,6 +211,8 @@ TEST(CompareTolerances, WidenForSixteenBitsAndTextureFiltersOnly) {
     const CompareTolerances exact = compare_tolerances({});
     const CompareTolerances coarse = compare_tolerances({.storage = "int16"});
     const CompareTolerances filtered = compare_tolerances({.interpolation = "hardware"});
+    EXPECT_EQ(compare_tolerances({.storage = "auto"}, "int16, 1 copy").image_share.value, coarse.image_share.value);
+    EXPECT_EQ(compare_tolerances({.storage = "auto"}, "float32, 1 copy").image_share.value, exact.image_share.value);
     EXPECT_LT(exact.image_share.value, coarse.image_share.value);
     EXPECT_LT(coarse.image_share.value, filtered.image_share.value);
     EXPECT_LT(filtered.pose_mtre_mm.value, 0.1) << "far below any accuracy claim";
