@@ -5,7 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
+
+#include "core/base/median.h"
 
 namespace raylign::detail {
 namespace {
@@ -49,9 +52,7 @@ double noise_of(const Image& logs) {
         }
     }
     if (differences.empty()) return 0;
-    const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-    std::ranges::nth_element(differences, middle);
-    return *middle / (0.6745 * std::numbers::sqrt2);
+    return median(std::move(differences)) / (0.6745 * std::numbers::sqrt2);
 }
 
 float sampled(const Image& image, double x, double y) {

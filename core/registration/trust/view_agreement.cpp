@@ -19,10 +19,10 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 /// that can displace edges: exact X-rays of the spine phantom against its voxels, both views right, put each view's own
 /// depth 3 mm off.
 constexpr double kDisplaced_px = 0.02, kDisplacedExplained_px = 0.07;
-/// Where nearly all is explained right cameras had up to 1.0. Else, asked alone, up to 1.57 (one of 88 above 1.55),
-/// and one turned by a degree 1.0 to 6 (bench/README.md, "Views that contradict each other"): a right pose must not be
-/// doubted for it. Looking closer costs several registrations. Where nearly all is explained, one step tells little of
-/// what is far off, so suspicion needs less than doubt; else it needs as much.
+/// Where nearly all is explained right cameras had up to 1.0. Else, asked alone, up to 1.57 but for a
+/// pelvis of 3 mm voxels (1.65), and one turned by a degree 1.0 to 6 (bench/README.md, "Views that contradict each
+/// other"): a right pose must not be doubted for it. Looking closer costs several registrations. Where nearly all is
+/// explained, one step tells little of what is far off, so suspicion needs less than doubt; else it needs as much.
 constexpr double kSignificantExplained = 1.4, kSignificantAlone = 1.55, kSuspectedExplained = 0.5;
 
 /// By how much a view's covariance grows where it was asked alone: what a DRR does not explain pulls one view along the
