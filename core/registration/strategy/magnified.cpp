@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/registration/policy.h"
 #include "core/registration/strategy/candidates.h"
 #include "core/registration/strategy/domain.h"
 #include "core/registration/trust/confidence.h"
