@@ -73,10 +73,23 @@ double depth_error_mm(const RigidTransform& found, const RigidTransform& truth, 
         .z();
 }
 
+/// A search that finds no place at all leaves the start, which is then doubtful.
+RegistrationResult registered_alone(const Volume& volume, const std::vector<View>& views, const RigidTransform& start,
+                                    Backend& backend) {
+    try {
+        return register_volume(volume, views, start, {.content = Content::part}, backend);
+    } catch (const Error& error) {
+        RegistrationResult none;
+        none.world_from_ct = start;
+        none.ok = false;
+        none.reasons.emplace_back(error.what());
+        return none;
+    }
+}
+
 void count_alone(const Body& body, const BonesTrial& trial, const std::vector<View>& views, std::size_t k,
                  Backend& backend, Tally& alone) {
-    const RegistrationResult one =
-        register_volume(body.bones[k].volume, views, trial.starts[k], {.content = Content::part}, backend);
+    const RegistrationResult one = registered_alone(body.bones[k].volume, views, trial.starts[k], backend);
     const double error = mean_target_error_mm(one.world_from_ct, trial.truth[k], body.bones[k].targets);
     alone.count(error, depth_error_mm(one.world_from_ct, trial.truth[k], body.bones[k], views.front()), one);
     std::cout << " | alone " << error << " expected " << one.confidence.rim_mm << (one.ok ? " ok" : " doubtful");

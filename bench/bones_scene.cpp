@@ -168,19 +168,38 @@ Image ideal_line_integral(const Body& body, const View& view, const std::vector<
     return sum;
 }
 
+/// The half size of a box about the origin that holds the body and every bone where it is: what lies outside of a grid
+/// is in no X-ray.
+Eigen::Vector3d reach_mm(const Body& body, const std::vector<RigidTransform>& truth, const Eigen::Vector3d& half_mm) {
+    Eigen::Vector3d reach = half_mm;
+    for (std::size_t k = 0; k < body.bones.size(); ++k) {
+        const VoxelGrid& grid = body.bones[k].fine.grid;
+        for (int corner = 0; corner < 8; ++corner) {
+            const Eigen::Vector3i side(corner & 1, corner >> 1 & 1, corner >> 2);
+            const Eigen::Vector3d voxel = side.cwiseProduct(grid.size).cast<double>();
+            reach = reach.cwiseMax((inverse(body.pose) * truth[k] * grid.ct_from_voxel(voxel)).cwiseAbs());
+        }
+    }
+    return reach;
+}
+
 /// Water in the shape of a body of this width and depth, about the origin, for bones that have none around them: an
 /// X-ray model's detector would be saturated beside them.
-Volume water_body(double spacing_mm, const std::vector<double>& body_mm) {
+Volume water_body(const Body& body, const std::vector<RigidTransform>& truth, const std::vector<double>& body_mm) {
     constexpr double kHeight_mm = 300;
-    const Eigen::Vector3i size = (Eigen::Vector3d(body_mm[0], body_mm[1], kHeight_mm) / spacing_mm).cast<int>();
-    Volume water{centred_grid(size, Eigen::Vector3d::Constant(spacing_mm)), {}};
+    const double spacing_mm = body.bones.front().fine.grid.spacing_mm.minCoeff();
+    const Eigen::Vector3d half_mm = Eigen::Vector3d(body_mm[0], body_mm[1], kHeight_mm) / 2;
+    const Eigen::Vector3d reach = reach_mm(body, truth, half_mm);
+    Volume water{
+        centred_grid((2 * reach / spacing_mm).array().ceil().cast<int>(), Eigen::Vector3d::Constant(spacing_mm)), {}};
     const float per_mm = attenuation_from_hu(0, hu_presets().front());
-    for (int z = 0; z < size.z(); ++z) {
-        for (int y = 0; y < size.y(); ++y) {
-            for (int x = 0; x < size.x(); ++x) {
+    for (int z = 0; z < water.grid.size.z(); ++z) {
+        for (int y = 0; y < water.grid.size.y(); ++y) {
+            for (int x = 0; x < water.grid.size.x(); ++x) {
                 const Eigen::Vector3d at = water.grid.ct_from_voxel({double(x), double(y), double(z)});
-                const double inside = std::hypot(2 * at.x() / body_mm[0], 2 * at.y() / body_mm[1]);
-                water.attenuation_per_mm.push_back(inside < 1 ? per_mm : 0);
+                const bool is_inside =
+                    std::hypot(at.x() / half_mm.x(), at.y() / half_mm.y()) < 1 && std::abs(at.z()) < half_mm.z();
+                water.attenuation_per_mm.push_back(is_inside ? per_mm : 0);
             }
         }
     }
@@ -190,7 +209,7 @@ Volume water_body(double spacing_mm, const std::vector<double>& body_mm) {
 /// The fine grids as one, for an X-ray model.
 Volume moved_body(const Body& body, const std::vector<RigidTransform>& truth, const std::vector<double>& body_mm) {
     Volume whole = body.fine_rest;
-    if (whole.grid.size.x() == 0) whole = water_body(body.bones.front().fine.grid.spacing_mm.minCoeff(), body_mm);
+    if (whole.grid.size.x() == 0) whole = water_body(body, truth, body_mm);
     for (std::size_t k = 0; k < body.bones.size(); ++k) {
         add_resampled(whole, body.pose, body.bones[k].fine, truth[k]);
     }
