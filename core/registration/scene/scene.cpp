@@ -12,22 +12,12 @@
 #include "core/registration/registration.h"
 #include "core/registration/scene/scene_descent.h"
 #include "core/registration/scene/scene_doubts.h"
+#include "core/registration/scene/scene_judgement.h"
 
 namespace raylign::detail {
 namespace {
 
-// Where all together may have ended wrongly is a local minimum near the right place: other edges beside the object's
-// own.
-constexpr double kAround_mm = 15, kAround_deg = 30;
 constexpr int kRounds = 2;  // of judging and moving together again
-
-// Costs of all together, and then of an object, up to which no search looks for another place: what is explained
-// nowhere else is not explained twice. Right places of bones whose surroundings are no objects have 0.25 and more.
-constexpr double kSceneExplained = 0.15, kObjectExplained = 0.2;
-constexpr int kFinishLevels = 2;  // the expected error is told on the coarser one
-
-/// What a search goes out from; nothing: the object stays about where all together ended.
-enum class Around { nothing, the_scene, the_start };
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -103,63 +93,6 @@ void set_joints(SceneDescent& scene, std::span<const std::string> names, std::sp
     }
 }
 
-/// How one object is registered alone: around where all together ended, or around its start.
-RegistrationOptions alone(const RegistrationOptions& options, Around around) {
-    RegistrationOptions one = options;
-    one.content = Content::part;
-    one.suspect_mirrored = false;  // of a part among others nothing else would be said
-    one.rotation_centre_ct_mm.reset();
-    if (around == Around::nothing) {
-        one.search.mode = Search::none;
-        one.levels = std::min(one.levels.value_or(kFinishLevels), kFinishLevels);
-    }
-    if (one.search.mode == Search::automatic) one.search.mode = Search::near;
-    if (around == Around::the_scene && one.search.mode == Search::near) {
-        one.search.range_mm = std::min(one.search.range_mm.value_or(kAround_mm), kAround_mm);
-        one.search.range_deg = std::min(one.search.range_deg.value_or(kAround_deg), kAround_deg);
-    }
-    return one;
-}
-
-/// A result that says why there is none.
-RegistrationResult not_judged(const SceneObject& object, const RigidTransform& world_from_ct, const std::string& why) {
-    RegistrationResult result;
-    result.world_from_ct = world_from_ct;
-    result.start_world_from_ct = object.start_world_from_ct;
-    result.content = Content::part;
-    result.method = Method::gauss_newton;
-    if (!why.empty()) result.reasons.push_back(why);
-    result.ok = why.empty();
-    return result;
-}
-
-/// An object against what the others leave of the X-rays.
-RegistrationResult register_alone(SceneDescent& scene, std::size_t k, const SceneObject& object, Around around) {
-    const RigidTransform& from = around == Around::the_start ? object.start_world_from_ct : scene.world_from_ct[k];
-    try {
-        RegistrationOptions options = alone(scene.options, around);
-        if (object.is_rest) options.search.mode = Search::none;
-        if (options.time_limit_s) options.time_limit_s = std::max(1e-3, *options.time_limit_s - elapsed_s(scene));
-        RegistrationResult result = register_resident(*scene.volumes[k], remainder(scene.views, scene.shown, k), from,
-                                                      options, {{}, scene.control.stop, scene.control.meanwhile});
-        result.start_world_from_ct = object.start_world_from_ct;
-        return result;
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::input) throw;
-        return not_judged(object, scene.world_from_ct[k], error.what());
-    }
-}
-
-/// An object where all together ended: without a search where nearly all of the X-rays is explained, by all and by it.
-RegistrationResult judged(SceneDescent& scene, std::size_t k, const SceneObject& object) {
-    const bool is_sought = scene.options.search.mode == Search::automatic || scene.options.search.mode == Search::near;
-    if (is_sought && scene.cost_final < kSceneExplained) {
-        RegistrationResult result = register_alone(scene, k, object, Around::nothing);
-        if (result.ok && result.cost_final < kObjectExplained) return result;
-    }
-    return register_alone(scene, k, object, Around::the_scene);
-}
-
 /// Coarse levels of X-rays with much that is no object's can lead an object anywhere. Beyond where it is sought at all
 /// its start is the better guess, and it no longer explains what others should. True where one was put back.
 bool put_back_strays(SceneDescent& scene, std::span<const SceneObject> objects, std::vector<std::string>& decisions) {
@@ -173,37 +106,6 @@ bool put_back_strays(SceneDescent& scene, std::span<const SceneObject> objects, 
         has_changed = true;
     }
     return has_changed && !scene.stopped_by;
-}
-
-/// Finishes and judges every object that moves.
-void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
-    result.objects.clear();
-    for (std::size_t k = 0; k < objects.size(); ++k) {
-        show_scene_progress(scene, k + 1 == objects.size() ? 1 : 0.5 + 0.5 * k / objects.size());
-        if (objects[k].mobility == Mobility::stays) {
-            result.objects.push_back(not_judged(objects[k], scene.world_from_ct[k], {}));
-        } else {
-            result.objects.push_back(judged(scene, k, objects[k]));
-        }
-    }
-}
-
-/// Takes over what objects found alone, elsewhere than all together, where the scene explains the X-rays better with
-/// it; of those that are doubtful also what a search around their start finds. True where a pose has changed.
-bool take_better_places(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
-    bool has_changed = false;
-    const auto take = [&](std::size_t k, const RegistrationResult& found) {
-        if (found.levels.empty() || moved_mm(scene, k, found.world_from_ct) < kSamePlace_mm) return false;
-        if (!try_pose(scene, k, found.world_from_ct)) return false;
-        result.decisions.push_back(objects[k].name + ": moved by a search against what the others leave unexplained");
-        return has_changed = true;
-    };
-    for (std::size_t k = 0; k < objects.size(); ++k) {
-        if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
-        if (take(k, result.objects[k]) || result.objects[k].ok) continue;
-        take(k, register_alone(scene, k, objects[k], Around::the_start));
-    }
-    return has_changed;
 }
 
 }  // namespace
@@ -235,6 +137,7 @@ SceneResult register_resident_scene(std::span<const SceneObject> objects, std::s
         scene.starts_world_from_ct.push_back(objects[k].start_world_from_ct);
         if (objects[k].mobility == Mobility::moves) scene.moving.push_back(k);
         if (objects[k].mobility == Mobility::moves && !objects[k].is_rest) scene.guides.push_back(k);
+        scene.has_rest = scene.has_rest || objects[k].is_rest;
     }
     if (scene.guides.empty()) scene.guides = scene.moving;
     scene.world_from_ct = scene.starts_world_from_ct;
@@ -252,12 +155,14 @@ SceneResult register_resident_scene(std::span<const SceneObject> objects, std::s
         finish_together(scene);
         judge_all(scene, objects, result);
     }
+    stay_with_the_scene(scene, objects, result);
     count_other_places(scene, result.objects);
     if (!scene.stopped_by) result.joints = settle_joints(scene, names, result.objects);
     result.joints.resize(limits.size());
     doubt_other_places(scene, objects, result.objects);
     doubt_far_places(scene, objects, result.objects);
     doubt_shared_places(objects, result.objects);
+    trust_what_is_explained(scene, objects, result);
     result.together = scene.world_from_ct;
     result.cost_initial = scene.cost_initial;
     result.cost_final = scene.cost_final;

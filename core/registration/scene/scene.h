@@ -45,8 +45,9 @@ struct SceneResult {
 /// explains. Then each object is finished and judged alone, against the X-rays less the others (times the gain that
 /// fits best), with a search near where it is unless nearly all is explained there: expected error and verdict are
 /// those of a part. One that is doubtful then is sought for around its start against that remainder; where the scene
-/// explains the X-rays better with what was found, all are moved together once more. An object that cannot be judged
-/// (no view shows it) is doubtful and says why; the others go on. `limits`: joints, which take part in every step
+/// explains the X-rays better with what was found, all are moved together once more; where it does not, the object is
+/// judged where all together ended. An object that cannot be judged (no view shows it) is doubtful and says why; the
+/// others go on. `limits`: joints, which take part in every step
 /// (joints.h) and in the poses and expected errors (joint_update.h). Throws Error for no objects that move, names that
 /// stand twice, bad volumes and views, a method other than gauss-newton, options.refine_views, options out of range,
 /// and limits that contradict each other: one object at both ends, or two that stay, two limits of the same objects,

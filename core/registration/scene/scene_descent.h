@@ -25,6 +25,7 @@ struct SceneDescent {
     std::vector<ResidentVolume*> volumes;                             ///< per object; borrowed
     std::vector<RigidTransform> starts_world_from_ct, world_from_ct;  ///< per object; the second: the best so far
     std::vector<std::size_t> moving, guides;  ///< those that move; those of them that say how coarse to begin
+    bool has_rest = false;                    ///< what is left of the body is an object: no edge is foreign
     std::vector<JointPrior> joints, pulling;  ///< one per limit; those of them that take part in the steps
     Shown shown;                              ///< at these poses
     double cost_initial = 0, cost_final = 0;  ///< on the finest level

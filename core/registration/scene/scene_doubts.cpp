@@ -26,6 +26,11 @@ double from_start_mm(const SceneDescent& scene, std::size_t k, const RigidTransf
     return (world_from_ct * centre_ct - scene.starts_world_from_ct[k] * centre_ct).norm();
 }
 
+bool is_pulled(const SceneDescent& scene, std::size_t k) {
+    return std::ranges::any_of(
+        scene.pulling, [k](const JointPrior& joint) { return joint.limit.first == k || joint.limit.second == k; });
+}
+
 double searched_mm(const SearchOptions& search) {
     const bool is_near = search.mode == Search::automatic || search.mode == Search::near;
     return is_near ? search.range_mm.value_or(kNearRange_mm) : std::numeric_limits<double>::infinity();
@@ -45,9 +50,7 @@ void set_covariance(const SceneDescent& scene, std::size_t k, const Matrix6& cov
 void count_other_places(const SceneDescent& scene, std::vector<RegistrationResult>& results) {
     for (const std::size_t k : scene.moving) {
         RegistrationResult& object = results[k];
-        const bool is_pulled = std::ranges::any_of(
-            scene.pulling, [k](const JointPrior& joint) { return joint.limit.first == k || joint.limit.second == k; });
-        if (is_pulled || !object.confidence.is_estimated) continue;
+        if (is_pulled(scene, k) || !object.confidence.is_estimated) continue;
         const Eigen::Vector3d centre_mm = object.world_from_ct * scene.volumes[k]->extent().centre_ct_mm;
         const RigidTransform moved = scene.world_from_ct[k] * inverse(object.world_from_ct);
         const Twist apart = log(RigidTransform::translate(-centre_mm) * moved * RigidTransform::translate(centre_mm));

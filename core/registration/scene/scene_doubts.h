@@ -22,6 +22,9 @@ inline constexpr double kSamePlace_mm = 1;  ///< at the rim: ends closer than th
 /// How far from its start an object is sought; infinite where no search is, or one everywhere.
 [[nodiscard]] double searched_mm(const SearchOptions& search);
 
+/// True where a joint that takes part in the steps has the object at one end.
+[[nodiscard]] bool is_pulled(const SceneDescent& scene, std::size_t k);
+
 /// Takes the covariance over, with what follows from it and the verdict on it.
 void set_covariance(const SceneDescent& scene, std::size_t k, const Matrix6& covariance, RegistrationResult& object);
 

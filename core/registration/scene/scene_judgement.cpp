@@ -1,0 +1,139 @@
+#include "core/registration/scene/scene_judgement.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/registration/registration.h"
+#include "core/registration/scene/remainder.h"
+#include "core/registration/scene/scene_doubts.h"
+
+namespace raylign::detail {
+namespace {
+
+// Where all together may have ended wrongly is a local minimum near the right place: other edges beside the object's
+// own.
+constexpr double kAround_mm = 15, kAround_deg = 30;
+
+// Costs of all together, and then of an object, up to which no search looks for another place: what is explained
+// nowhere else is not explained twice. Right places of bones whose surroundings are no objects have 0.25 and more.
+constexpr double kSceneExplained = 0.15, kObjectExplained = 0.2;
+constexpr int kFinishLevels = 2;  // the expected error is told on the coarser one
+
+/// What a search goes out from; nothing: the object stays about where all together ended.
+enum class Around { nothing, the_scene, the_start };
+
+/// How one object is registered alone: around where all together ended, or around its start.
+RegistrationOptions alone(const RegistrationOptions& options, Around around) {
+    RegistrationOptions one = options;
+    one.content = Content::part;
+    one.suspect_mirrored = false;  // of a part among others nothing else would be said
+    one.rotation_centre_ct_mm.reset();
+    if (around == Around::nothing) {
+        one.search.mode = Search::none;
+        one.levels = std::min(one.levels.value_or(kFinishLevels), kFinishLevels);
+    }
+    if (one.search.mode == Search::automatic) one.search.mode = Search::near;
+    if (around == Around::the_scene && one.search.mode == Search::near) {
+        one.search.range_mm = std::min(one.search.range_mm.value_or(kAround_mm), kAround_mm);
+        one.search.range_deg = std::min(one.search.range_deg.value_or(kAround_deg), kAround_deg);
+    }
+    return one;
+}
+
+/// A result that says why there is none.
+RegistrationResult not_judged(const SceneObject& object, const RigidTransform& world_from_ct, const std::string& why) {
+    RegistrationResult result;
+    result.world_from_ct = world_from_ct;
+    result.start_world_from_ct = object.start_world_from_ct;
+    result.content = Content::part;
+    result.method = Method::gauss_newton;
+    if (!why.empty()) result.reasons.push_back(why);
+    result.ok = why.empty();
+    return result;
+}
+
+/// An object against what the others leave of the X-rays.
+RegistrationResult register_alone(SceneDescent& scene, std::size_t k, const SceneObject& object, Around around) {
+    const RigidTransform& from = around == Around::the_start ? object.start_world_from_ct : scene.world_from_ct[k];
+    try {
+        RegistrationOptions options = alone(scene.options, around);
+        if (object.is_rest) options.search.mode = Search::none;
+        if (options.time_limit_s) options.time_limit_s = std::max(1e-3, *options.time_limit_s - elapsed_s(scene));
+        RegistrationResult result = register_resident(*scene.volumes[k], remainder(scene.views, scene.shown, k), from,
+                                                      options, {{}, scene.control.stop, scene.control.meanwhile});
+        result.start_world_from_ct = object.start_world_from_ct;
+        return result;
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        return not_judged(object, scene.world_from_ct[k], error.what());
+    }
+}
+
+/// An object where all together ended: without a search where nearly all of the X-rays is explained, by all and by it.
+RegistrationResult judged(SceneDescent& scene, std::size_t k, const SceneObject& object) {
+    const bool is_sought = scene.options.search.mode == Search::automatic || scene.options.search.mode == Search::near;
+    if (is_sought && scene.cost_final < kSceneExplained) {
+        RegistrationResult result = register_alone(scene, k, object, Around::nothing);
+        if (result.ok && result.cost_final < kObjectExplained) return result;
+    }
+    return register_alone(scene, k, object, Around::the_scene);
+}
+
+}  // namespace
+
+void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    result.objects.clear();
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        show_scene_progress(scene, k + 1 == objects.size() ? 1 : 0.5 + 0.5 * k / objects.size());
+        if (objects[k].mobility == Mobility::stays) {
+            result.objects.push_back(not_judged(objects[k], scene.world_from_ct[k], {}));
+        } else {
+            result.objects.push_back(judged(scene, k, objects[k]));
+        }
+    }
+}
+
+bool take_better_places(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    bool has_changed = false;
+    const auto take = [&](std::size_t k, const RegistrationResult& found) {
+        if (found.levels.empty() || moved_mm(scene, k, found.world_from_ct) < kSamePlace_mm) return false;
+        if (!try_pose(scene, k, found.world_from_ct)) return false;
+        result.decisions.push_back(objects[k].name + ": moved by a search against what the others leave unexplained");
+        return has_changed = true;
+    };
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
+        if (take(k, result.objects[k]) || result.objects[k].ok) continue;
+        take(k, register_alone(scene, k, objects[k], Around::the_start));
+    }
+    return has_changed;
+}
+
+void stay_with_the_scene(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    for (std::size_t k = 0; k < objects.size() && !scene.stopped_by; ++k) {
+        RegistrationResult& searched = result.objects[k];
+        if (objects[k].mobility == Mobility::stays || objects[k].is_rest || searched.levels.empty()) continue;
+        const double apart_mm = moved_mm(scene, k, searched.world_from_ct);
+        if (apart_mm < kSamePlace_mm || searched.search.mode == Search::none) continue;
+        RegistrationResult stayed = register_alone(scene, k, objects[k], Around::nothing);
+        if (stayed.levels.empty()) continue;
+        if (searched.cost_final < searched.cost_initial) {
+            stayed.reasons.push_back("alone it fits better " + fixed(apart_mm, 1) +
+                                     " mm from where all objects together explain most");
+        }
+        searched = std::move(stayed);
+    }
+}
+
+void trust_what_is_explained(const SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
+    if (!(scene.cost_final < kSceneExplained)) return;
+    for (const std::size_t k : scene.moving) {
+        RegistrationResult& object = result.objects[k];
+        if (objects[k].is_rest || is_pulled(scene, k) || !(object.cost_final > kObjectExplained)) continue;
+        object.world_from_ct = scene.world_from_ct[k];
+    }
+}
+
+}  // namespace raylign::detail
