@@ -201,7 +201,8 @@ void descend_together(SceneDescent& scene) {
     for (const ScenePlan& plan : plans) {
         const bool is_last = &plan == &plans.back();
         if (is_last || is_over(scene)) break;
-        SceneLevel level = make_level(scene, plan, plan.images.filter);
+        // Wide gradients of tissue that is no object can lead bones anywhere, even from their right places.
+        SceneLevel level = make_level(scene, plan, scene.has_rest ? plan.images.filter : fine(plan.images.filter));
         optimize(scene, level, Approach::from_afar);
         show_scene_progress(scene, 0.4 * static_cast<double>(&plan - plans.data() + 1) / plans.size());
         if (!scene.options.robust) continue;
