@@ -1,9 +1,10 @@
 // Real X-rays: the radius of a wrist in two biplane views, against a reference pose, from random starts. Usage:
-//   raylign_wrist FOLDER [mode=near|global] [starts=50] [initial mTRE, mm=15] [backend=cpu] [instants=2,99]
+//   raylign_wrist FOLDER [mode=near|global|together] [starts=50] [initial mTRE, mm=15] [backend=cpu] [instants=2,99]
 //                 [--json FILE]
 //   near     starts are uniform up to the initial mTRE
 //   global   without a start: an orientation that is up to 45 degrees off (uniform in the ball of rotation vectors),
 //            the bone where the central rays meet; the seed is the trial's
+//   together near, the radius and metacarpals, together and each alone (wrist_together.h)
 // Success: the bone's centre within 0.5 mm and the rotation within 2 degrees of the reference. RAYLIGN_LIST=1 prints
 // every trial.
 
@@ -14,6 +15,7 @@
 #include <sstream>
 
 #include "bench/record.h"
+#include "bench/wrist_together.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
@@ -26,7 +28,7 @@
 namespace raylign::detail::bench {
 namespace {
 
-constexpr double kCentreBound_mm = 0.5, kRotationBound_deg = 2, kRoughTurn_rad = std::numbers::pi / 4;
+constexpr double kRoughTurn_rad = std::numbers::pi / 4;
 
 struct Outcome {
     double centre_mm = 0, rotation_deg = 0;
@@ -105,12 +107,19 @@ void run_instant(const std::filesystem::path& folder, int instant, bool global, 
 int run(int argc, char** argv, Record& record) {
     const auto word = [&](int i, const char* fallback) { return std::string(argc > i ? argv[i] : fallback); };
     const std::string mode = word(2, "near");
-    if (mode != "near" && mode != "global") throw Error("mode " + mode + " (allowed: near, global)");
+    if (mode != "near" && mode != "global" && mode != "together") {
+        throw Error("mode " + mode + " (allowed: near, global, together)");
+    }
     const auto backend = create_backend(word(5, "cpu")).backend;
     std::stringstream instants(word(6, "2,99"));
+    const int starts = std::max(1, std::stoi(word(3, "50")));
+    const double most_mm = std::stod(word(4, "15"));
     for (std::string instant; std::getline(instants, instant, ',');) {
-        run_instant(argv[1], std::stoi(instant), mode == "global", std::max(1, std::stoi(word(3, "50"))),
-                    std::stod(word(4, "15")), *backend, record);
+        if (mode == "together") {
+            run_together(argv[1], std::stoi(instant), starts, most_mm, *backend, record);
+        } else {
+            run_instant(argv[1], std::stoi(instant), mode == "global", starts, most_mm, *backend, record);
+        }
     }
     record.write();
     return 0;
@@ -121,14 +130,40 @@ int run(int argc, char** argv, Record& record) {
 
 int main(int argc, char** argv) {
     if (argc < 2) {
-        std::fprintf(stderr, "usage: raylign_wrist FOLDER [near|global] [starts] [mTRE_mm] [backend] [instants]\n");
+        std::fprintf(stderr,
+                     "usage: raylign_wrist FOLDER [near|global|together] [starts] [mTRE_mm] [backend] [instants]\n");
         return 2;
     }
     try {
+        using Columns = std::vector<std::string>;
+        const bool is_together = argc > 2 && std::string(argv[2]) == "together";
+        const Columns one{"search",
+                          "instant",
+                          "success",
+                          "of",
+                          "centre, median [mm]",
+                          "rotation, median [deg]",
+                          "failures doubted",
+                          "successes doubted",
+                          "time, median [s]"};
+        const Columns two{"how",
+                          "instant",
+                          "beside the radius",
+                          "radius right",
+                          "of",
+                          "radius: centre, median [mm]",
+                          "radius: rotation, median [deg]",
+                          "radius called ok",
+                          "other within 0.5 mm and 2 degrees",
+                          "other: centre, median [mm]",
+                          "other: rotation, median [deg]",
+                          "other: centre, max [mm]",
+                          "other called ok",
+                          "processor time, median [s]"};
         raylign::detail::bench::Record record(
-            argc, argv, "Real X-rays: the radius of a wrist",
-            {"search", "instant", "success", "of", "centre, median [mm]", "rotation, median [deg]", "failures doubted",
-             "successes doubted", "time, median [s]"});
+            argc, argv,
+            is_together ? "Real X-rays: radius and metacarpals of a wrist" : "Real X-rays: the radius of a wrist",
+            is_together ? two : one);
         return raylign::detail::bench::run(argc, argv, record);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "raylign_wrist: %s\n", error.what());
