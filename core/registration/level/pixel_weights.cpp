@@ -71,13 +71,14 @@ PixelWeights::PixelWeights(Session& session, const std::vector<Image>& base) : s
 }
 
 void PixelWeights::reweight(const RigidTransform& world_from_ct) {
-    std::vector<Image> weights, base;
+    std::vector<Image> base;
+    robust_.clear();
     for (std::size_t v = 0; v < unweighted_.size(); ++v) {
-        weights.push_back(robust_weights(unweighted_[v], session_.moving_channels(world_from_ct, v)));
+        robust_.push_back(robust_weights(unweighted_[v], session_.moving_channels(world_from_ct, v)));
         base.push_back(unweighted_[v].weights);
     }
-    multiply(weights, base);
-    session_.set_weights(weights);
+    multiply(base, robust_);
+    session_.set_weights(base);
 }
 
 }  // namespace raylign::detail

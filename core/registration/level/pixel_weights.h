@@ -30,10 +30,13 @@ public:
 
     /// Robust weights from the residuals at this pose.
     void reweight(const RigidTransform& world_from_ct);
+    /// The last robust weights alone, one image per view; none before the first.
+    [[nodiscard]] const std::vector<Image>& robust() const { return robust_; }
 
 private:
     Session& session_;
     std::vector<FixedChannels> unweighted_;  ///< base and masks, before robust weights
+    std::vector<Image> robust_;
 };
 
 }  // namespace raylign::detail

@@ -20,9 +20,9 @@ constexpr int kRobustRounds = 3;
 constexpr double kCutMagnification = 0.005;  // sigma of a cut CT's: right cameras showed up to 0.008
 constexpr double kRobustSettled_px = 0.02;   // a renewal that moves the object's rim less is the last
 
-/// Robust weights, renewed until they settle. All but the last search need not end exactly: the next renewal moves its
-/// end anyway.
-void make_robust(Run& run, Level& level, bool finest) {
+/// Robust weights, renewed until they settle: the last ones alone. All but the last search need not end exactly: the
+/// next renewal moves its end anyway.
+std::vector<Image> make_robust(Run& run, Level& level, bool finest) {
     RegistrationResult& result = run.result;
     const double pixel_mm = level.plan().pixel_at_object_mm;
     PixelWeights weights(level.session());
@@ -35,6 +35,7 @@ void make_robust(Run& run, Level& level, bool finest) {
         if (settled || round == kRobustRounds) break;
     }
     if (finest) level.settle(true);
+    return weights.robust();
 }
 
 std::vector<double> costs_of_views(Session& session, const RigidTransform& world_from_ct) {
@@ -65,14 +66,15 @@ Eigen::Vector3d line_of_sight_mm(const Run& run) {
 /// With one view depth is size, and size is told by the edges, which contrast that is compressed moves outwards.
 bool tells_response(const Run& run) { return run.views.size() == 1 && run.result.content == Content::part; }
 
-std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level) {
+std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level, std::span<const Image> robust = {}) {
     const LevelProblem problem = level.problem(run.result.world_from_ct, false);
     SeventhDerivative seventh;
     if (tells_response(run)) seventh = response_derivative;
     if (run.options.compare_views && run.views.size() > 1 && run.result.content == Content::whole) {
         seventh = by_magnification(level.views());
     }
-    return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch, seventh);
+    return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch, seventh,
+                     robust);
 }
 
 /// What each view would like its camera to be against the others. `sums`: at the pose, on this level.
@@ -92,13 +94,6 @@ void compare_the_views(Run& run, Level& level, std::vector<ViewSums> sums, std::
     for (std::size_t v = 0; v < corrections.size(); ++v) result.views[v].correction = corrections[v];
 }
 
-/// False where a view's weights have left out nearly all of a part: on a coarse level what hides it at the sides where
-/// it is cut can be all of it, and its surroundings alone tell no pose.
-bool weighs_the_object(const Run& run, Level& level) {
-    if (run.result.content == Content::whole) return true;
-    return leaves_enough(level.session(), neighbourhood(level.session(), run.result.world_from_ct, 0));
-}
-
 /// What one view cannot tell from depth where it shows an outline, and depth apart from all else.
 void add_depth(Run& run) {
     const Eigen::Vector3d sight_mm = line_of_sight_mm(run);
@@ -109,24 +104,32 @@ void add_depth(Run& run) {
     split_by_depth(run.result.confidence, sight_mm.normalized());
 }
 
-/// How sure the pose is, and what each view would like its camera to be against the others. Both on the coarser level,
-/// where there is one: its steps are what all pixels agree on.
-void estimate_error(Run& run, Level& level, Level* coarser, double calibration) {
+/// How sure the pose of a part is: its robust weights, which one view of it knows depth by its contrast.
+void estimate_error_of_part(Run& run, Level& level, std::span<const Image> robust) {
+    Confidence& confidence = run.result.confidence;
+    const std::vector<double> shares = shares_of(level.session());
+    const std::vector<ViewSums> sums = sums_at_the_pose(run, level, robust);
+    const double radius_mm = run.extent.radius_mm;
+    confidence = jackknife(sums, shares, radius_mm, kCalibration_part, true);
+    add_model_error(confidence, model_shifts(sums, shares, run.result.cost_final), radius_mm);
+    if (tells_response(run)) {
+        const ModelShift shift = response_shift(sums.front());
+        add_model_error(confidence, {&shift, 1}, radius_mm);
+    }
+    if (run.views.size() == 1) add_depth(run);
+}
+
+/// How sure the pose of a whole is, and what each view would like its camera to be against the others. Both on the
+/// coarser level, where there is one: its steps are what all pixels agree on.
+void estimate_error_of_whole(Run& run, Level& level, Level* coarser, double calibration) {
     RegistrationResult& result = run.result;
     const std::vector<double> shares = shares_of(level.session());
     const std::vector<ViewSums> sums = sums_at_the_pose(run, level);
-    const bool is_coarser_told = coarser && weighs_the_object(run, *coarser);
-    const std::vector<ViewSums> coarse_sums = is_coarser_told ? sums_at_the_pose(run, *coarser) : sums;
-    const double radius_mm = run.extent.radius_mm;
-    result.confidence = jackknife(coarse_sums, shares, radius_mm, calibration);
-    add_model_error(result.confidence, model_shifts(sums, shares, result.cost_final), radius_mm);
-    if (tells_response(run)) {
-        const ModelShift shift = response_shift(sums.front(), coarse_sums.front());
-        add_model_error(result.confidence, {&shift, 1}, radius_mm);
-    }
+    const std::vector<ViewSums> coarse_sums = coarser ? sums_at_the_pose(run, *coarser) : sums;
+    result.confidence = jackknife(coarse_sums, shares, run.extent.radius_mm, calibration);
+    add_model_error(result.confidence, model_shifts(sums, shares, result.cost_final), run.extent.radius_mm);
     if (run.views.size() == 1) add_depth(run);
     if (!run.options.compare_views || run.views.size() < 2) return;
-    if (result.content == Content::part) return;  // other tissue pulls each view its own way
     run.magnification = magnification(coarse_sums, shares, calibration);
     if (run.magnification && !run.shows_the_cut.value_or(true)) {
         run.magnification->sigma = std::hypot(run.magnification->sigma, kCutMagnification);
@@ -140,7 +143,8 @@ void estimate_error(Run& run, Level& level, Level* coarser, double calibration) 
 void finish(Run& run, Level& level, Level* coarser) {
     RegistrationResult& result = run.result;
     const bool is_robust = wants_robust_weights(run, level);
-    if (is_robust) make_robust(run, level, true);
+    std::vector<Image> robust;
+    if (is_robust) robust = make_robust(run, level, true);
     result.cost_initial = level.cost(run.start);
     result.fine_view_costs = costs_of_views(level.session(), result.world_from_ct);
     // Noise alone raises the cost of a fine filter. A part is judged by the weights that tell it from its surroundings.
@@ -148,8 +152,9 @@ void finish(Run& run, Level& level, Level* coarser) {
     result.view_costs = is_whole ? run.explained_view_costs : result.fine_view_costs;
     result.cost_final = level.report().cost_final;
     if (result.method != Method::gauss_newton) return;
+    if (!is_whole) return estimate_error_of_part(run, level, robust);
     const double calibration = wants_robust_weights(run, level) ? kCalibration_mismatch : kCalibration_explained;
-    estimate_error(run, level, coarser, calibration);
+    estimate_error_of_whole(run, level, coarser, calibration);
 }
 
 void decide_fine_finish(Run& run, double cost) {
@@ -163,7 +168,7 @@ void refine_finely(Run& run, Level& fine, bool is_last) {
     weigh_whole_evenly(run, fine, run.result.world_from_ct);
     fine.take_the_better_start(true);  // what lies over the object can lead an uneven descent away from a good start
     fine.settle(false);
-    if (!is_last) make_robust(run, fine, false);
+    if (!is_last) (void)make_robust(run, fine, false);
 }
 
 LevelPlan finely_filtered(const Run& run, LevelPlan plan) {
@@ -206,16 +211,16 @@ void finish_as_it_needs(Run& run, Level& level, Level* coarser) {
 
 void finish_near(Run& run, Level& level) {
     RegistrationResult& result = run.result;
-    const bool is_robust = wants_robust_weights(run, level);
-    if (is_robust) {
-        PixelWeights(level.session()).reweight(result.world_from_ct);
+    PixelWeights weights(level.session());
+    if (wants_robust_weights(run, level)) {
+        weights.reweight(result.world_from_ct);
         ++result.robust_rounds;
         level.settle(false);
     }
     result.cost_initial = level.cost(run.start);
     result.fine_view_costs = result.view_costs = costs_of_views(level.session(), result.world_from_ct);
     result.cost_final = level.report().cost_final;
-    estimate_error(run, level, nullptr, is_robust ? kCalibration_mismatch : kCalibration_explained);
+    estimate_error_of_part(run, level, weights.robust());
 }
 
 void finish_finely(Run& run, const LevelPlan& coarser, const LevelPlan& last) {

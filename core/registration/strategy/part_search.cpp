@@ -150,7 +150,6 @@ void search_part(Run& run, Search mode) {
             return Next::finer;
         }
         report_rivals(run, candidates, pixel_mm);
-        if (place.coarser) weigh_part(run, *place.coarser, result.world_from_ct);
         weigh_part(run, level, result.world_from_ct);
         const LevelOutcome found = level.optimize(result.world_from_ct, true, pixel_mm);
         take_for_hopeless(run, found.cost > kHopelessCost_part);  // robust weights go on where it is not

@@ -10,19 +10,21 @@ namespace raylign::detail {
 namespace {
 
 constexpr int kShiftPerView = 7;
+constexpr double kLeastInformation = 0.02;
 
 using Twists = Eigen::Matrix<double, 6, kGroups>;
 
 /// One Gauss-Newton step per group left out. Groups are shifted from view to view, so that no part of the object is
 /// left out of all.
-Twists steps_without_groups(std::span<const ViewSums> views, std::span<const double> shares) {
+Twists steps_without_groups(std::span<const ViewSums> views, std::span<const double> shares, bool by_information) {
     Twists steps;
     for (int group = 0; group < kGroups; ++group) {
         Linearization at;
         for (std::size_t v = 0; v < views.size(); ++v) {
             const int shifted = (group + (kGroups - kShiftPerView) * static_cast<int>(v % kGroups)) % kGroups;
             const Linearization& of_view = views[v].without[shifted];
-            at += {shares[v] * of_view.cost, shares[v] * of_view.gradient, shares[v] * of_view.curvature};
+            const double information = by_information ? std::max(kLeastInformation, views[v].information) : 1;
+            at += {shares[v] * of_view.cost, shares[v] * of_view.gradient, shares[v] * information * of_view.curvature};
         }
         steps.col(group) = -solve_symmetric(at.curvature, at.gradient);
     }
@@ -47,10 +49,10 @@ void summarise(Confidence& confidence, double radius_mm) {
 }
 
 Confidence jackknife(std::span<const ViewSums> views, std::span<const double> shares, double radius_mm,
-                     double calibration) {
+                     double calibration, bool by_information) {
     Confidence confidence;
     if (!std::ranges::all_of(views, &ViewSums::leaves_enough)) return confidence;
-    const Twists steps = steps_without_groups(views, shares);
+    const Twists steps = steps_without_groups(views, shares, by_information);
     if (!steps.allFinite()) return confidence;
     const Twists deviations = steps.colwise() - steps.rowwise().mean();
     confidence.is_estimated = true;

@@ -11,8 +11,9 @@ namespace raylign::detail {
 namespace {
 
 constexpr int kBlocksPerSide = 8;
-constexpr int kBandRows = 32;  // summed in one turn
-constexpr int kImages = 7;     // the DRR and its derivatives
+constexpr int kBandRows = 32;               // summed in one turn
+constexpr int kImages = 7;                  // the DRR and its derivatives
+constexpr double kLeastCorrelation = 0.05;  // of the information: below, nothing is known
 
 using GroupSums = std::array<JacobianSums, kGroups>;
 
@@ -42,6 +43,7 @@ struct Channel {
 /// One view's images, filtered.
 struct Seen {
     const Image* weights;
+    const Image* robust;  ///< part of them; null: none
     WeightBox box;
     std::vector<Channel> channels;
 };
@@ -62,7 +64,7 @@ Seen see(Session& session, const RigidTransform& world_from_ct, const Eigen::Vec
             filtered[i] = session.channels_of(i == 0 ? rendered.drr : rendered.derivatives[i - 1]);
         }
     });
-    Seen seen{&fixed.weights, box_with_weight(fixed.weights), {}};
+    Seen seen{&fixed.weights, nullptr, box_with_weight(fixed.weights), {}};
     for (std::size_t c = 0; c < fixed.channels.size(); ++c) {
         Channel& channel = seen.channels.emplace_back();
         channel.fixed = &fixed.channels[c];
@@ -119,12 +121,30 @@ ColumnSums column_sums(const Channel& channel, const Image& weights, const Stret
     return sums;
 }
 
+/// sum w |J|^2 of the derivatives by translation, and what of it robust weights that follow the pose leave.
+struct Energy {
+    double all = 0, left = 0;
+};
+
+Energy energy_of(const Channel& channel, const Seen& seen, const Stretch& pixels) {
+    Energy energy;
+    for (std::size_t p = pixels.begin; p < pixels.end; ++p) {
+        double squared = 0;
+        for (int i = 4; i < kImages; ++i) squared += channel.moving[i].pixels[p] * channel.moving[i].pixels[p];
+        squared *= seen.weights->pixels[p];
+        energy.all += squared;
+        energy.left += squared * (seen.robust ? std::max(0.0, 4.0 * std::sqrt(seen.robust->pixels[p]) - 3) : 1);
+    }
+    return energy;
+}
+
 /// What one turn adds up: some rows of one channel.
 struct Band {
     GroupSums groups;
     std::array<ColumnSums, kGroups> seventh;
     std::array<JacobianSums, kDistortions> distorted;  ///< only what depends on the fixed image
     std::array<std::uint64_t, kGroups> pixels{};       ///< with weight
+    Energy energy;
 };
 
 /// Calls visit(group, stretch) for the stretches of a row that lie in one block each.
@@ -158,6 +178,9 @@ Band sum_band(const Seen& seen, const Channel& channel, int first_row, int end_r
             }
             if (!channel.seventh.pixels.empty()) band.seventh[group] += column_sums(channel, weights, pixels);
             for (std::size_t p = pixels.begin; p < pixels.end; ++p) band.pixels[group] += weights.pixels[p] > 0;
+            const Energy energy = energy_of(channel, seen, pixels);
+            band.energy.all += energy.all;
+            band.energy.left += energy.left;
         });
     }
     return band;
@@ -168,6 +191,8 @@ Band& operator+=(Band& sum, const Band& band) {
     for (int g = 0; g < kGroups; ++g) sum.seventh[g] += band.seventh[g];
     for (int g = 0; g < kGroups; ++g) sum.pixels[g] += band.pixels[g];
     for (int d = 0; d < kDistortions; ++d) sum.distorted[d] += band.distorted[d];
+    sum.energy.all += band.energy.all;
+    sum.energy.left += band.energy.left;
     return sum;
 }
 
@@ -216,6 +241,16 @@ ScaledLinearization scaled_without(const std::vector<Band>& channels, int left_o
     return linearize_scaled(sums, columns);
 }
 
+double information_of(double cost, const std::vector<Band>& channels) {
+    Energy energy;
+    for (const Band& channel : channels) {
+        energy.all += channel.energy.all;
+        energy.left += channel.energy.left;
+    }
+    const double left = energy.all > 0 ? energy.left / energy.all : 1;
+    return std::max(kLeastCorrelation, 1 - cost) * left;
+}
+
 ViewSums view_sums(const std::vector<Band>& channels, bool is_scaled) {
     ViewSums view;
     const auto linearized = [&](const auto& sums_of) {
@@ -232,6 +267,7 @@ ViewSums view_sums(const std::vector<Band>& channels, bool is_scaled) {
             [d](const Band& channel) { return with_fixed(sums_without(channel.groups, -1), channel.distorted[d]); });
     }
     for (int g = -1; is_scaled && g < kGroups; ++g) view.scaled.push_back(scaled_without(channels, g));
+    view.information = information_of(view.all.cost, channels);
     std::uint64_t pixels = 0;
     for (const std::uint64_t in_group : channels.front().pixels) pixels += in_group;
     view.leaves_enough = std::ranges::all_of(
@@ -251,11 +287,12 @@ int group_of(int block_x, int block_y) { return (5 * block_x + 3 * block_y) % kG
 
 std::vector<ViewSums> pose_sums(Session& session, const RigidTransform& world_from_ct,
                                 const Eigen::Vector3d& centre_ct_mm, const std::function<void()>& before_view,
-                                const SeventhDerivative& seventh) {
+                                const SeventhDerivative& seventh, std::span<const Image> robust) {
     std::vector<ViewSums> sums;
     for (std::size_t v = 0; v < session.view_count(); ++v) {
         before_view();
-        const Seen seen = see(session, world_from_ct, centre_ct_mm, v, seventh);
+        Seen seen = see(session, world_from_ct, centre_ct_mm, v, seventh);
+        if (!robust.empty()) seen.robust = &robust[v];
         sums.push_back(view_sums(sum_channels(session, seen), static_cast<bool>(seventh)));
     }
     return sums;

@@ -24,8 +24,8 @@ Image response_derivative(const Image& drr, std::size_t) {
     return derivative;
 }
 
-ModelShift response_shift(const ViewSums& finest, const ViewSums& coarser) {
-    return {"response", 1, compression(finest.scaled.front()) * pose_by_compression(coarser.scaled.front())};
+ModelShift response_shift(const ViewSums& finest) {
+    return {"response", 1, compression(finest.scaled.front()) * pose_by_compression(finest.scaled.front())};
 }
 
 }  // namespace raylign::detail

@@ -15,6 +15,6 @@ namespace raylign::detail {
 /// How far it has moved the pose that the only view's X-ray shows the object compressed: h, fitted together with the
 /// pose on the finest level, times how a pose that ignores h follows it on the coarser one, whose steps are what all
 /// pixels agree on. Of models M = D + J x + h S: x = (J^T J)^-1 J^T S h. Both sums with response_derivative.
-[[nodiscard]] ModelShift response_shift(const ViewSums& finest, const ViewSums& coarser);
+[[nodiscard]] ModelShift response_shift(const ViewSums& finest);
 
 }  // namespace raylign::detail

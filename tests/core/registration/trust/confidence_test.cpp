@@ -177,6 +177,37 @@ TEST(ModelShifts, ASizeThatIsOffIsDepthThatIsOffByTheSameShare) {
     EXPECT_NEAR(confidence.in_plane_mm, 0, 1e-5);
 }
 
+TEST(PoseSums, InformationIsWhatCorrelatesAndWhatRobustWeightsLeave) {
+    const JackknifeCase exact, noisy(0.5);
+    EXPECT_NEAR(exact.sums()[0].information, 1, 1e-5);
+    const double correlation = 1 - noisy.sums()[0].all.cost;
+    ASSERT_LT(correlation, 0.8);
+    EXPECT_DOUBLE_EQ(noisy.sums()[0].information, correlation);
+    // Weights that fall to w leave 4 sqrt(w) - 3 of it.
+    const Image robust(48, 48, 0.81F);
+    const auto sums = pose_sums(
+        *noisy.session, noisy.truth, noisy.extent.centre_ct_mm, [] {}, {}, std::vector<Image>{robust, robust});
+    EXPECT_NEAR(sums[0].information, 0.6 * correlation, 1e-6);
+    const Image rejected(48, 48, 0.25F);
+    EXPECT_EQ(pose_sums(
+                  *noisy.session, noisy.truth, noisy.extent.centre_ct_mm, [] {}, {},
+                  std::vector<Image>{rejected, rejected})[1]
+                  .information,
+              0);
+}
+
+TEST(Jackknife, StepsAsFarAsTheInformationSays) {
+    const JackknifeCase c(0.01);
+    std::vector<ViewSums> sums = c.sums();
+    const std::vector<double> shares{0.5, 0.5};
+    for (ViewSums& view : sums) view.information = 0.25;
+    const Confidence plain = jackknife(sums, shares, c.extent.radius_mm, 1),
+                     informed = jackknife(sums, shares, c.extent.radius_mm, 1, true);
+    EXPECT_NEAR(informed.rim_mm / plain.rim_mm, 4, 1e-6);
+    for (ViewSums& view : sums) view.information = 0;
+    EXPECT_GT(jackknife(sums, shares, c.extent.radius_mm, 1, true).rim_mm, 40 * plain.rim_mm) << "and finite";
+}
+
 TEST(PoseSums, RenderOnceAndLinearizeNever) {
     const JackknifeCase c(0.01);
     int views = 0;
