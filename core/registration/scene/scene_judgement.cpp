@@ -19,7 +19,6 @@ constexpr double kAround_mm = 15, kAround_deg = 30;
 // Costs of all together, and then of an object, up to which no search looks for another place: what is explained
 // nowhere else is not explained twice. Right places of bones whose surroundings are no objects have 0.25 and more.
 constexpr double kSceneExplained = 0.15, kObjectExplained = 0.2;
-constexpr int kFinishLevels = 2;  // the expected error is told on the coarser one
 
 /// What a search goes out from; nothing: the object stays about where all together ended.
 enum class Around { nothing, the_scene, the_start };
@@ -32,7 +31,7 @@ RegistrationOptions alone(const RegistrationOptions& options, Around around) {
     one.rotation_centre_ct_mm.reset();
     if (around == Around::nothing) {
         one.search.mode = Search::none;
-        one.levels = std::min(one.levels.value_or(kFinishLevels), kFinishLevels);
+        one.levels = 1;
     }
     if (one.search.mode == Search::automatic) one.search.mode = Search::near;
     if (around == Around::the_scene && one.search.mode == Search::near) {
