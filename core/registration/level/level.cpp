@@ -115,6 +115,17 @@ void Level::go_beyond_the_cut(bool goes_on) {
     session_ = make_session();
 }
 
+void Level::show_up_to(double ceiling) {
+    std::vector<Image> weights;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        weights.push_back(session_->fixed_channels(v).weights);
+        views_[v].ceiling = ceiling;
+    }
+    count(*session_);
+    session_ = make_session();
+    session_->set_weights(weights);
+}
+
 void Level::count(const Session& cut_out) {
     add(counters_, cut_out.counters());
     add(run_.result.timing, cut_out.timing());

@@ -58,6 +58,8 @@ public:
     [[nodiscard]] bool may_continue() const;  ///< a side is cut, and the level is not the finest
     /// Changes that, where it may; weights are the masks' again.
     void go_beyond_the_cut(bool goes_on);
+    /// DRRs of all views show no more than this from now on (View::ceiling); weights stay.
+    void show_up_to(double ceiling);
     /// Adds what was counted to the result: once, when the work on the level has ended, however it ended.
     void close();
 

@@ -21,6 +21,16 @@ double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& 
     return apart_mm(world_from_ct, scene.world_from_ct[k], scene.volumes[k]->extent());
 }
 
+double elsewhere_mm(const SceneDescent& scene, std::size_t k, RigidTransform world_from_ct) {
+    if (scene.views.size() == 1) {
+        const Eigen::Vector3d centre_ct_mm = scene.volumes[k]->extent().centre_ct_mm;
+        const Eigen::Vector3d centre_mm = scene.world_from_ct[k] * centre_ct_mm;
+        const Eigen::Vector3d sight = (centre_mm - source_world_mm(scene.views.front().geometry)).normalized();
+        world_from_ct.translation_mm -= sight.dot(world_from_ct * centre_ct_mm - centre_mm) * sight;
+    }
+    return moved_mm(scene, k, world_from_ct);
+}
+
 double from_start_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
     const Eigen::Vector3d centre_ct = scene.volumes[k]->extent().centre_ct_mm;
     return (world_from_ct * centre_ct - scene.starts_world_from_ct[k] * centre_ct).norm();
@@ -63,7 +73,7 @@ void doubt_other_places(const SceneDescent& scene, std::span<const SceneObject> 
     for (std::size_t k = 0; k < objects.size(); ++k) {
         RegistrationResult& object = results[k];
         if (objects[k].mobility == Mobility::stays || object.levels.empty()) continue;
-        const double apart = moved_mm(scene, k, object.world_from_ct);
+        const double apart = elsewhere_mm(scene, k, object.world_from_ct);
         if (apart < kSamePlace_mm) continue;
         object.reasons.push_back("all objects together fit better " + fixed(apart, 1) +
                                  " mm from where it fits best against what the others leave");

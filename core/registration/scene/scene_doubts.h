@@ -15,6 +15,9 @@ inline constexpr double kSamePlace_mm = 1;  ///< at the rim: ends closer than th
 
 /// How far the pose is from where all together ended, at the object's rim.
 [[nodiscard]] double moved_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct);
+/// The same, with one view across its line of sight: depth is size there, which compressed contrast changes
+/// (strategy/contrast_fit.h), and what both are apart by is expected as an error.
+[[nodiscard]] double elsewhere_mm(const SceneDescent& scene, std::size_t k, RigidTransform world_from_ct);
 
 /// How far the pose has the object's centre from where it started.
 [[nodiscard]] double from_start_mm(const SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct);

@@ -114,7 +114,7 @@ void stay_with_the_scene(SceneDescent& scene, std::span<const SceneObject> objec
     for (std::size_t k = 0; k < objects.size() && !scene.stopped_by; ++k) {
         RegistrationResult& searched = result.objects[k];
         if (objects[k].mobility == Mobility::stays || objects[k].is_rest || searched.levels.empty()) continue;
-        const double apart_mm = moved_mm(scene, k, searched.world_from_ct);
+        const double apart_mm = elsewhere_mm(scene, k, searched.world_from_ct);
         if (apart_mm < kSamePlace_mm || searched.search.mode == Search::none) continue;
         RegistrationResult stayed = register_alone(scene, k, objects[k], Around::nothing);
         if (stayed.levels.empty()) continue;

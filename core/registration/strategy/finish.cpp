@@ -5,12 +5,12 @@
 #include "core/registration/level/pixel_weights.h"
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
+#include "core/registration/strategy/contrast_fit.h"
 #include "core/registration/strategy/domain.h"
 #include "core/registration/strategy/views_alone.h"
 #include "core/registration/trust/confidence.h"
 #include "core/registration/trust/model_error.h"
 #include "core/registration/trust/pose_sums.h"
-#include "core/registration/trust/response.h"
 #include "core/registration/trust/view_agreement.h"
 
 namespace raylign::detail {
@@ -63,13 +63,9 @@ Eigen::Vector3d line_of_sight_mm(const Run& run) {
     return centre_mm - source_world_mm(run.views.front().geometry);
 }
 
-/// With one view depth is size, and size is told by the edges, which contrast that is compressed moves outwards.
-bool tells_response(const Run& run) { return run.views.size() == 1 && run.result.content == Content::part; }
-
 std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level, std::span<const Image> robust = {}) {
     const LevelProblem problem = level.problem(run.result.world_from_ct, false);
     SeventhDerivative seventh;
-    if (tells_response(run)) seventh = response_derivative;
     if (run.options.compare_views && run.views.size() > 1 && run.result.content == Content::whole) {
         seventh = by_magnification(level.views());
     }
@@ -104,18 +100,19 @@ void add_depth(Run& run) {
     split_by_depth(run.result.confidence, sight_mm.normalized());
 }
 
-/// How sure the pose of a part is: its robust weights, which one view of it knows depth by its contrast.
-void estimate_error_of_part(Run& run, Level& level, std::span<const Image> robust) {
+constexpr double kLeftOfFit = 0.5;  // of what fitting the contrast moved may be left
+
+/// How sure the pose of a part is. `robust`: its robust weights; `fitted`: by how much the pose was moved where the
+/// contrast was fitted beside it.
+void estimate_error_of_part(Run& run, Level& level, std::span<const Image> robust, const Twist& fitted) {
     Confidence& confidence = run.result.confidence;
     const std::vector<double> shares = shares_of(level.session());
     const std::vector<ViewSums> sums = sums_at_the_pose(run, level, robust);
     const double radius_mm = run.extent.radius_mm;
     confidence = jackknife(sums, shares, radius_mm, kCalibration_part, true);
     add_model_error(confidence, model_shifts(sums, shares, run.result.cost_final), radius_mm);
-    if (tells_response(run)) {
-        const ModelShift shift = response_shift(sums.front());
-        add_model_error(confidence, {&shift, 1}, radius_mm);
-    }
+    const ModelShift left{"contrast", kLeftOfFit, kLeftOfFit * fitted};
+    add_model_error(confidence, {&left, 1}, radius_mm);
     if (run.views.size() == 1) add_depth(run);
 }
 
@@ -139,12 +136,20 @@ void estimate_error_of_whole(Run& run, Level& level, Level* coarser, double cali
     compare_the_views(run, coarser ? *coarser : level, coarse_sums, shares, scale);
 }
 
+/// With one view depth is size, and size is told by the edges, which contrast that is compressed moves outwards.
+Twist fitted_contrast(Run& run, Level& level) {
+    const bool matters = run.views.size() == 1 && run.result.content == Content::part &&
+                         run.result.method == Method::gauss_newton && !run.is_hopeless;
+    return matters ? fit_contrast(run, level) : Twist::Zero();
+}
+
 /// What the finest level owes once its minimum is found: robust weights, costs, expected error.
 void finish(Run& run, Level& level, Level* coarser) {
     RegistrationResult& result = run.result;
     const bool is_robust = wants_robust_weights(run, level);
     std::vector<Image> robust;
     if (is_robust) robust = make_robust(run, level, true);
+    const Twist fitted = fitted_contrast(run, level);
     result.cost_initial = level.cost(run.start);
     result.fine_view_costs = costs_of_views(level.session(), result.world_from_ct);
     // Noise alone raises the cost of a fine filter. A part is judged by the weights that tell it from its surroundings.
@@ -152,7 +157,7 @@ void finish(Run& run, Level& level, Level* coarser) {
     result.view_costs = is_whole ? run.explained_view_costs : result.fine_view_costs;
     result.cost_final = level.report().cost_final;
     if (result.method != Method::gauss_newton) return;
-    if (!is_whole) return estimate_error_of_part(run, level, robust);
+    if (!is_whole) return estimate_error_of_part(run, level, robust, fitted);
     const double calibration = wants_robust_weights(run, level) ? kCalibration_mismatch : kCalibration_explained;
     estimate_error_of_whole(run, level, coarser, calibration);
 }
@@ -217,10 +222,11 @@ void finish_near(Run& run, Level& level) {
         ++result.robust_rounds;
         level.settle(false);
     }
+    const Twist fitted = fitted_contrast(run, level);
     result.cost_initial = level.cost(run.start);
     result.fine_view_costs = result.view_costs = costs_of_views(level.session(), result.world_from_ct);
     result.cost_final = level.report().cost_final;
-    estimate_error_of_part(run, level, weights.robust());
+    estimate_error_of_part(run, level, weights.robust(), fitted);
 }
 
 void finish_finely(Run& run, const LevelPlan& coarser, const LevelPlan& last) {

@@ -1,20 +1,20 @@
 #pragma once
 
-#include "core/registration/trust/model_error.h"
 #include "core/registration/trust/pose_sums.h"
 
 namespace raylign::detail {
 
-// Whether an object's contrast in the X-ray is in proportion to that in its DRR. Beam hardening, scatter, glare and a
-// camera's black level all compress it where the object is dense, the more so the more tissue is before and behind it,
-// which the DRR of a part does not know. That shows in the X-ray; model_error.h only says what ordinary amounts do.
+// Whether an object's contrast in the X-ray is in proportion to that in its DRR. Scatter, glare, a camera's black level
+// and beam hardening all compress it where the object is dense, the more so the more tissue is before and behind it,
+// which the DRR of a part does not know: of exp(-I - I_0) + s, I_0 of the tissue and s of what is added, the logarithm
+// is that of f + (1 - f) exp(-I), up to a constant and a factor near 1, f = s / (s + exp(-I_0)). As View::ceiling.
+// Compressed contrast looks larger, which with one view is nearer.
 
-/// d/dh of a DRR I that is compressed to I / (1 + h I), at h = 0: -I^2.
-[[nodiscard]] Image response_derivative(const Image& drr, std::size_t view);
+/// d/df of a DRR that shows I as -log(f + (1 - f) exp(-I)), from what it shows: -(1 - exp(-I)) / (f + (1 - f) exp(-I)).
+/// f in [0, 1).
+[[nodiscard]] Image floor_derivative(Image shown, double floor);
 
-/// How far it has moved the pose that the only view's X-ray shows the object compressed: h, fitted together with the
-/// pose on the finest level, times how a pose that ignores h follows it on the coarser one, whose steps are what all
-/// pixels agree on. Of models M = D + J x + h S: x = (J^T J)^-1 J^T S h. Both sums with response_derivative.
-[[nodiscard]] ModelShift response_shift(const ViewSums& finest);
+/// The step in f of one Gauss-Newton step in the pose and f. `sums`: of the only view, with floor_derivative.
+[[nodiscard]] double floor_step(const ViewSums& sums);
 
 }  // namespace raylign::detail
