@@ -238,18 +238,18 @@ void follow_together(SceneDescent& scene, int coarser_by) {
 
 void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene, scene.views).back()); }
 
-bool try_pose(SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct) {
+bool try_poses(SceneDescent& scene, const std::vector<RigidTransform>& then) {
     const ScenePlan plan = plan_scene(scene, scene.views).back();
     const GradientFilter filter = fine(scene.options.similarity.filter);
     const std::vector<RigidTransform> now = scene.world_from_ct;
     SceneLevel level = make_level(scene, plan, filter);
-    scene.world_from_ct[k] = world_from_ct;
+    scene.world_from_ct = then;
     // What one pose leaves unexplained may lie where only the other reaches.
     for (std::size_t v = 0; const FixedChannels& there : make_level(scene, plan, filter).fixed) {
         std::vector<float>& weights = level.fixed[v++].weights.pixels;
         std::ranges::transform(weights, there.weights.pixels, weights.begin(), std::ranges::max);
     }
-    const std::vector<RigidTransform> then = std::exchange(scene.world_from_ct, now);
+    scene.world_from_ct = now;
     const JointScene jointed(scene, level);
     const double before = scene_cost(level, now) + jointed.share(now);
     if (!(scene_cost(level, then) + jointed.share(then) < before)) return false;

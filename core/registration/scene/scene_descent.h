@@ -51,7 +51,7 @@ void finish_together(SceneDescent& scene);
 /// Tells the caller how far the run is: a share in [0, 1].
 void show_scene_progress(const SceneDescent& scene, double fraction);
 
-/// Takes the pose for object k where the scene explains the X-rays better with it, all others as they are.
-[[nodiscard]] bool try_pose(SceneDescent& scene, std::size_t k, const RigidTransform& world_from_ct);
+/// Takes these poses, one per object, where the scene explains the X-rays better with them.
+[[nodiscard]] bool try_poses(SceneDescent& scene, const std::vector<RigidTransform>& world_from_ct);
 
 }  // namespace raylign::detail

@@ -80,6 +80,36 @@ RegistrationResult judged(SceneDescent& scene, std::size_t k, const SceneObject&
     return register_alone(scene, k, object, Around::the_scene);
 }
 
+/// From the centre of object a to that of b, in world, as the pose of a has it in the CT, and as both lie.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> from_to_mm(const SceneDescent& scene, std::size_t a, std::size_t b) {
+    const Eigen::Vector3d &a_ct = scene.volumes[a]->extent().centre_ct_mm,
+                          &b_ct = scene.volumes[b]->extent().centre_ct_mm;
+    const RigidTransform &a_pose = scene.world_from_ct[a], &b_pose = scene.world_from_ct[b];
+    return {a_pose.rotation * (b_ct - a_ct), b_pose * b_ct - a_pose * a_ct};
+}
+
+/// Of two objects that lie the other way round than in the CT each may have been found in the other's place, as one
+/// vertebra in the next one's: no step and no search of one alone leads out of that. True where both have changed
+/// places: the scene explains the X-rays better so.
+bool put_back_in_order(SceneDescent& scene, std::span<const SceneObject> objects, std::vector<std::string>& decisions) {
+    bool has_changed = false;
+    for (const std::size_t a : scene.moving) {
+        for (const std::size_t b : scene.moving) {
+            if (b <= a || objects[a].is_rest || objects[b].is_rest) continue;
+            const auto [in_the_ct_mm, now_mm] = from_to_mm(scene, a, b);
+            if (in_the_ct_mm.dot(now_mm) >= 0) continue;
+            SceneDescent exchanged = scene;
+            exchanged.world_from_ct[a] = RigidTransform::translate(now_mm) * scene.world_from_ct[a];
+            exchanged.world_from_ct[b] = RigidTransform::translate(-now_mm) * scene.world_from_ct[b];
+            descend_together(exchanged);
+            if (!try_poses(scene, exchanged.world_from_ct)) continue;
+            decisions.push_back(objects[a].name + " and " + objects[b].name + ": have changed places");
+            has_changed = true;
+        }
+    }
+    return has_changed;
+}
+
 }  // namespace
 
 void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
@@ -98,7 +128,9 @@ bool take_better_places(SceneDescent& scene, std::span<const SceneObject> object
     bool has_changed = false;
     const auto take = [&](std::size_t k, const RegistrationResult& found) {
         if (found.levels.empty() || moved_mm(scene, k, found.world_from_ct) < kSamePlace_mm) return false;
-        if (!try_pose(scene, k, found.world_from_ct)) return false;
+        std::vector<RigidTransform> poses = scene.world_from_ct;
+        poses[k] = found.world_from_ct;
+        if (!try_poses(scene, poses)) return false;
         result.decisions.push_back(objects[k].name + ": moved by a search against what the others leave unexplained");
         return has_changed = true;
     };
@@ -107,7 +139,7 @@ bool take_better_places(SceneDescent& scene, std::span<const SceneObject> object
         if (take(k, result.objects[k]) || result.objects[k].ok) continue;
         take(k, register_alone(scene, k, objects[k], Around::the_start));
     }
-    return has_changed;
+    return put_back_in_order(scene, objects, result.decisions) || has_changed;
 }
 
 void stay_with_the_scene(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {

@@ -105,6 +105,22 @@ TEST(SceneJudgement, WhatIsExplainedTogetherStaysThereWhereAloneLittleIs) {
     EXPECT_NE(alone.translation_mm, both.scene.world_from_ct[0].translation_mm);
 }
 
+// Each in the other's place, which is farther than a search of one alone reaches.
+TEST(SceneJudgement, NeighboursThatLieInEachOthersPlacesChangeThem) {
+    TwoVertebrae both;
+    const Eigen::Vector3d apart_mm = both.resident[1].extent().centre_ct_mm - both.resident[0].extent().centre_ct_mm;
+    ASSERT_GT(apart_mm.norm(), 20);
+    both.scene.world_from_ct = {RigidTransform::translate(apart_mm), RigidTransform::translate(-apart_mm)};
+    both.scene.starts_world_from_ct = both.scene.world_from_ct;
+    both.take_xrays();
+    finish_together(both.scene);
+    SceneResult result;
+    judge_all(both.scene, both.objects(), result);
+    EXPECT_TRUE(take_better_places(both.scene, both.objects(), result));
+    EXPECT_THAT(result.decisions, Contains(HasSubstr("L4 and L3: have changed places")));
+    for (std::size_t k = 0; k < 2; ++k) EXPECT_LT(both.error_mm(k, both.scene.world_from_ct[k]), 0.3) << k;
+}
+
 // The outline of tissue that is no object, beyond which the detector is saturated, hides half of each bone. All
 // together begin at the right places; with wide gradients they ended 10 and 11 mm off, with fine ones 4 and 5.
 TEST(SceneDescent, TheOutlineOfTissueThatIsNoObjectLeadsNoBoneFar) {
