@@ -162,14 +162,8 @@ GradientFilter fine(const GradientFilter& filter) {
 
 /// DRRs of the views as given at the poses, and their gain: what others are judged against.
 void show_in_full(SceneDescent& scene, const SceneLevel& level) {
-    scene.shown = {{}, scene_gains(level)};
-    std::vector<View> bare(scene.views.begin(), scene.views.end());
-    for (View& view : bare) view.image = view.weights = {};
-    for (std::size_t k = 0; k < scene.volumes.size(); ++k) {
-        const auto session = scene.volumes[k]->session(0, bare, level.similarity);
-        std::vector<Image>& drrs = scene.shown.drrs.emplace_back();
-        for (std::size_t v = 0; v < bare.size(); ++v) drrs.push_back(session->render(scene.world_from_ct[k], v));
-    }
+    scene.shown = {std::vector<std::vector<Image>>(scene.volumes.size()), scene_gains(level)};
+    for (std::size_t k = 0; k < scene.volumes.size(); ++k) show_anew(scene, k);
 }
 
 double farthest_mm(const SceneDescent& scene, std::span<const RigidTransform> before) {
@@ -234,6 +228,16 @@ void follow_together(SceneDescent& scene, int coarser_by) {
     if (scene.options.robust) reweigh_scene(level);
     if (!scene.moving.empty()) optimize(scene, level, Approach::renewed);
     show_in_full(scene, level);
+}
+
+void show_anew(SceneDescent& scene, std::size_t k) {
+    std::vector<View> bare(scene.views.begin(), scene.views.end());
+    for (View& view : bare) view.image = view.weights = {};
+    const auto session = scene.volumes[k]->session(0, bare, scene.options.similarity);
+    scene.shown.drrs[k].clear();
+    for (std::size_t v = 0; v < bare.size(); ++v) {
+        scene.shown.drrs[k].push_back(session->render(scene.world_from_ct[k], v));
+    }
 }
 
 void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene, scene.views).back()); }

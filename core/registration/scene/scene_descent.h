@@ -45,6 +45,9 @@ void follow_together(SceneDescent& scene, int coarser_by);
 /// The finest level once more, from the poses as they are.
 void finish_together(SceneDescent& scene);
 
+/// What object k shows at its pose now: others are judged against that.
+void show_anew(SceneDescent& scene, std::size_t k);
+
 /// Wall time since the scene began.
 [[nodiscard]] double elapsed_s(const SceneDescent& scene);
 

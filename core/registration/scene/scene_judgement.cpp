@@ -70,12 +70,22 @@ RegistrationResult register_alone(SceneDescent& scene, std::size_t k, const Scen
     }
 }
 
-/// An object where all together ended: without a search where nearly all of the X-rays is explained, by all and by it.
-RegistrationResult judged(SceneDescent& scene, std::size_t k, const SceneObject& object) {
+/// True where a search that was called right has found an object where it is now: others have moved since, and it has
+/// not, so that another search would find the same.
+bool is_found_there(const SceneDescent& scene, std::size_t k, const RegistrationResult& before) {
+    return before.ok && before.search.mode != Search::none && moved_mm(scene, k, before.world_from_ct) < kSamePlace_mm;
+}
+
+/// An object where all together ended: without a search where nearly all of the X-rays is explained, by all and by it,
+/// or where one has found it already. `before`: the judgement before, or null.
+RegistrationResult judged(SceneDescent& scene, std::size_t k, const SceneObject& object,
+                          const RegistrationResult* before) {
     const bool is_sought = scene.options.search.mode == Search::automatic || scene.options.search.mode == Search::near;
-    if (is_sought && scene.cost_final < kSceneExplained) {
+    const bool is_found = before && is_found_there(scene, k, *before);
+    if (is_found || (is_sought && scene.cost_final < kSceneExplained)) {
         RegistrationResult result = register_alone(scene, k, object, Around::nothing);
-        if (result.ok && result.cost_final < kObjectExplained) return result;
+        if (is_found) result.search = before->search;
+        if (result.ok && (is_found || result.cost_final < kObjectExplained)) return result;
     }
     return register_alone(scene, k, object, Around::the_scene);
 }
@@ -113,33 +123,38 @@ bool put_back_in_order(SceneDescent& scene, std::span<const SceneObject> objects
 }  // namespace
 
 void judge_all(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
-    result.objects.clear();
+    const std::vector<RegistrationResult> before = std::exchange(result.objects, {});
     for (std::size_t k = 0; k < objects.size(); ++k) {
         show_scene_progress(scene, k + 1 == objects.size() ? 1 : 0.5 + 0.5 * k / objects.size());
         if (objects[k].mobility == Mobility::stays) {
             result.objects.push_back(not_judged(objects[k], scene.world_from_ct[k], {}));
         } else {
-            result.objects.push_back(judged(scene, k, objects[k]));
+            result.objects.push_back(judged(scene, k, objects[k], k < before.size() ? &before[k] : nullptr));
         }
     }
 }
 
 bool take_better_places(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {
-    bool has_changed = false;
+    std::vector<std::size_t> taken;
     const auto take = [&](std::size_t k, const RegistrationResult& found) {
-        if (found.levels.empty() || moved_mm(scene, k, found.world_from_ct) < kSamePlace_mm) return false;
+        if (found.levels.empty() || moved_mm(scene, k, found.world_from_ct) < kSamePlace_mm) return;
         std::vector<RigidTransform> poses = scene.world_from_ct;
         poses[k] = found.world_from_ct;
-        if (!try_poses(scene, poses)) return false;
+        if (!try_poses(scene, poses)) return;
+        show_anew(scene, k);
         result.decisions.push_back(objects[k].name + ": moved by a search against what the others leave unexplained");
-        return has_changed = true;
+        taken.push_back(k);
     };
-    for (std::size_t k = 0; k < objects.size(); ++k) {
-        if (objects[k].mobility == Mobility::stays || objects[k].is_rest) continue;
-        if (take(k, result.objects[k]) || result.objects[k].ok) continue;
-        take(k, register_alone(scene, k, objects[k], Around::the_start));
+    std::vector<std::size_t> sought = scene.moving;
+    std::erase_if(sought, [&](std::size_t k) { return objects[k].is_rest; });
+    for (const std::size_t k : sought) take(k, result.objects[k]);
+    // All together may have led an object away from where it is, and its search with it.
+    for (const std::size_t k : sought) {
+        if (!result.objects[k].ok) take(k, register_alone(scene, k, objects[k], Around::the_start));
     }
-    return put_back_in_order(scene, objects, result.decisions) || has_changed;
+    // What was said of the place before says nothing of the new one.
+    for (const std::size_t k : taken) result.objects[k].ok = false;
+    return put_back_in_order(scene, objects, result.decisions) || !taken.empty();
 }
 
 void stay_with_the_scene(SceneDescent& scene, std::span<const SceneObject> objects, SceneResult& result) {

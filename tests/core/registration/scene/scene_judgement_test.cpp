@@ -121,6 +121,24 @@ TEST(SceneJudgement, NeighboursThatLieInEachOthersPlacesChangeThem) {
     for (std::size_t k = 0; k < 2; ++k) EXPECT_LT(both.error_mm(k, both.scene.world_from_ct[k]), 0.3) << k;
 }
 
+TEST(SceneJudgement, WhatASearchHasConfirmedIsNotSoughtAgain) {
+    TwoVertebrae both;
+    both.take_xrays();
+    finish_together(both.scene);
+    both.scene.cost_final = 0.5;  // as if much were unexplained
+    SceneResult result;
+    judge_all(both.scene, both.objects(), result);
+    const RegistrationResult sought = result.objects[0];
+    ASSERT_TRUE(sought.ok && sought.search.mode == Search::near);
+    judge_all(both.scene, both.objects(), result);
+    EXPECT_TRUE(result.objects[0].ok);
+    EXPECT_EQ(result.objects[0].search.refined, sought.search.refined);
+    EXPECT_LT(result.objects[0].counters.linearizations, sought.counters.linearizations / 2);
+    result.objects[0].ok = false;
+    judge_all(both.scene, both.objects(), result);
+    EXPECT_EQ(result.objects[0].counters.linearizations, sought.counters.linearizations);
+}
+
 // The outline of tissue that is no object, beyond which the detector is saturated, hides half of each bone. All
 // together begin at the right places; with wide gradients they ended 10 and 11 mm off, with fine ones 4 and 5.
 TEST(SceneDescent, TheOutlineOfTissueThatIsNoObjectLeadsNoBoneFar) {
