@@ -84,6 +84,20 @@ struct BrightPiece {
     std::vector<HullPoint> hull;
 };
 
+/// The first and the last pixel of each row: no other can be a corner of their hull.
+std::vector<HullPoint> ends_of_rows(const std::vector<bool>& pixels, const Image& image) {
+    std::vector<HullPoint> ends;
+    for (int y = 0; y < image.height; ++y) {
+        int first = 0, last = image.width - 1;
+        while (first <= last && !pixels[image.index(first, y)]) ++first;
+        while (last > first && !pixels[image.index(last, y)]) --last;
+        if (first > last) continue;
+        ends.push_back({static_cast<double>(first), static_cast<double>(y)});
+        if (last > first) ends.push_back({static_cast<double>(last), static_cast<double>(y)});
+    }
+    return ends;
+}
+
 BrightPiece bright_piece(const Image& coarse) {
     constexpr double kDarkShare = 0.1;        // of the range: blooming and scatter outside the field stay below
     constexpr double kSecondShare = 0.02;     // of the largest piece: more is air on the other side of a dark body
@@ -100,14 +114,8 @@ BrightPiece bright_piece(const Image& coarse) {
     if (pieces.size() > 1 && static_cast<double>(pieces[1].pixels.size()) > kSecondShare * largest) return {};
     BrightPiece piece;
     piece.pixels.assign(coarse.pixels.size(), false);
-    std::vector<HullPoint> points;
-    for (const std::size_t i : pieces[0].pixels) {
-        piece.pixels[i] = true;
-        const auto width = static_cast<std::size_t>(coarse.width);
-        const std::size_t x = i % width, y = i / width;
-        points.push_back({static_cast<double>(x), static_cast<double>(y)});
-    }
-    piece.hull = convex_hull(std::move(points));
+    for (const std::size_t i : pieces[0].pixels) piece.pixels[i] = true;
+    piece.hull = convex_hull(ends_of_rows(piece.pixels, coarse));
     return piece;
 }
 

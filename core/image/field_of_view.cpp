@@ -65,7 +65,7 @@ Field circle_of(const std::vector<Point>& ends, const Image& image) {
     if (radius < kLeastRadiusShare * std::min(image.width, image.height)) return {};
     const double tolerance = std::max(1.0, kCircleTolerance * radius);
     const Field field = [=](const Point& point) {
-        const double beyond = std::hypot(point.x, point.y) - radius;
+        const double beyond = std::sqrt(point.x * point.x + point.y * point.y) - radius;
         return beyond > tolerance ? Place::outside : beyond < -tolerance ? Place::inside : Place::edge;
     };
     return most_agree(ends, [&](const Point& end) { return field(end) == Place::edge; }) ? field : Field();
