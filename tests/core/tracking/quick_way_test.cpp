@@ -146,5 +146,18 @@ TEST(QuickWay, AFrameOfSomethingElseIsRegisteredInFullAndNotOk) {
     EXPECT_NE(wrong.status, TrackStatus::ok);
 }
 
+TEST(QuickWay, AFrameWhoseDetectorIsMissedIsRegisteredInFullAndLost) {
+    MovingVertebra scene;
+    Tracker tracker = scene.tracker();
+    for (int frame = 0; frame < 7; ++frame) (void)tracker.feed(frame, scene.xrays(frame));
+    std::vector<View> elsewhere = scene.xrays(7);
+    elsewhere.front().geometry.camera_from_world.translation_mm.x() += 1000;
+    const TrackFrame lost = tracker.feed(7, elsewhere);
+    EXPECT_FALSE(lost.quick);
+    EXPECT_EQ(lost.status, TrackStatus::lost);
+    ASSERT_FALSE(lost.reasons.empty());
+    EXPECT_NE(lost.reasons.front().find("misses the detector"), std::string::npos) << lost.reasons.front();
+}
+
 }  // namespace
 }  // namespace raylign::detail
