@@ -36,12 +36,13 @@ double unit_mm(const std::string& unit) {
     throw bad_value("unit of a mesh", unit, "mm, cm, m or in");
 }
 
-/// What the part would be in other units: "7 mm as cm, 71 mm as in".
-std::string in_other_units(double side_mm) {
+/// What the part would be in other units: "32 mm if it is in m".
+std::string in_other_units(double side_mm, const std::string& stated) {
+    const double raw = side_mm / unit_mm(stated);
     std::string text;
     for (const auto& [name, mm] : kUnits) {
-        const double other = side_mm * mm;
-        if (mm == 1 || other < kSmall_mm || other > kLarge_mm) continue;
+        const double other = raw * mm;
+        if (name == stated || other < kSmall_mm || other > kLarge_mm) continue;
         text += (text.empty() ? "" : ", ") + fixed(other, 0) + " mm if it is in " + std::string(name);
     }
     return text.empty() ? "" : " (" + text + ")";
@@ -49,13 +50,19 @@ std::string in_other_units(double side_mm) {
 
 /// A file of triangles has no unit: sizes that no part has are refused, unlikely ones are named.
 void check_size(double side_mm, const Part& part, std::vector<std::string>& notes) {
-    if (!part.unit.empty() || (side_mm >= kSmall_mm && side_mm <= kLarge_mm)) return;
+    if (side_mm >= kSmall_mm && side_mm <= kLarge_mm) return;
+    const std::string stated = part.unit.empty() ? "mm" : part.unit;
     const std::string found = part.file.string() + " is " + number_text(std::round(side_mm * 1000) / 1000) +
-                              " mm across" + in_other_units(side_mm);
+                              " mm across" + (part.unit.empty() ? "" : " in " + stated) +
+                              in_other_units(side_mm, stated);
     if (side_mm < kTiny_mm || side_mm > kHuge_mm) {
         throw Error(found + ": that is no size of a bone or an implant; say its unit by --mesh-unit mm|cm|m|in");
     }
-    notes.push_back(found + ": suspicious for a bone or an implant; --mesh-unit says the unit");
+    if (part.unit.empty()) {
+        notes.push_back(found + ": suspicious for a bone or an implant; --mesh-unit says the unit");
+    } else {
+        notes.push_back(found + ": suspicious for a bone or an implant; is that its unit?");
+    }
 }
 
 std::vector<Part> list_parts(const std::filesystem::path& path, const VolumeReadOptions& options) {

@@ -135,6 +135,9 @@ TEST_F(MeshVolume, UnlikelyUnitsAreNamedOrRefused) {
     options.mesh_spacing_mm = 1;
     // Faces may err by a fiftieth of a voxel: 2176 mm2 of them, of 0.5 / mm.
     EXPECT_NEAR(sum_of(read_volume(in_inches, options).volume), 4224, 2176 * 0.02 * 0.5);
+    options.mesh_unit = "m";
+    EXPECT_THAT(error_of([&] { (void)read_volume(write("mm.stl", binary_stl(box_)), options); }),
+                AllOf(HasSubstr("32000 mm across in m"), HasSubstr("32 mm if it is in mm"), HasSubstr("no size of")));
     options.mesh_unit = "furlong";
     EXPECT_THAT(error_of([&] { (void)read_volume(in_inches, options); }), HasSubstr("mm, cm, m or in"));
 }
