@@ -2,11 +2,14 @@
 // of a pelvis at half their size, about that of a knee's bones) move as in gait, each by its own motion, in a body of
 // water; two views of 512^2 pixels, 70 degrees apart, with spectrum, scatter, blur, noise and 8 bits of the model
 // biplane-lab.
-//   raylign_gait make FOLDER PELVIS [--first N] [--frames N] [--voxels N] [--pixels N]
+//   raylign_gait make FOLDER PELVIS [--first N] [--frames N] [--voxels N] [--pixels N] [--joined]
 //   raylign_gait track FOLDER [--frames N] [--thorough] [--together] [--json FILE]
+//   raylign_gait track FOLDER --joint-gap MM [--frames N] [--together] [--joined] [--json FILE]
 // make    leaves views.json, CAMERA/NNNN.tif, BONE.nii.gz (1/mm) and start_BONE.json (3 mm off)
 // track   follows both bones by the library, each as if the other were not there or both together: processor time a
 //         bone and frame, apart from reading, which both share
+//         with --joint-gap in the first view alone, and tells what is off in depth without and with it
+// --joined  bones are shifted alike but for a millimetre, as those of a joint are; to be said both times
 // The X-rays are rendered from a grid of their own, in which both bones lie as they have moved.
 
 #include <CLI/CLI.hpp>
@@ -14,16 +17,16 @@
 #include <cmath>
 #include <ctime>
 #include <deque>
-#include <filesystem>
 #include <iostream>
-#include <numbers>
 
+#include "bench/gait_scene.h"
 #include "bench/gait_tally.h"
 #include "bench/record.h"
+#include "core/base/median.h"
 #include "core/image/region.h"
-#include "core/io/images/counts.h"
 #include "core/registration/object/pose_space.h"
 #include "core/tracking/company.h"
+#include "core/tracking/depth_gap.h"
 #include "raylign/backends.h"
 #include "raylign/io/frames.h"
 #include "raylign/io/pose.h"
@@ -31,155 +34,9 @@
 #include "raylign/io/volume.h"
 #include "raylign/targets.h"
 #include "raylign/tracking.h"
-#include "raylign/xray.h"
-#include "tests/support/scenes.h"
 
 namespace raylign::detail::bench {
 namespace {
-
-constexpr double kScale = 0.5, kBone_hu = 150;
-const std::array<const char*, 2> kBones{"left", "right"};
-
-struct Settings {
-    std::string folder, file;
-    int first = 1, frames = 30, voxels = 256, pixels = 512;
-    bool is_thorough = false, is_together = false;
-};
-
-/// The field at a point of ct: trilinear, 0 outside.
-float sample(const Volume& volume, const Eigen::Vector3d& x_ct) {
-    const Eigen::Vector3d voxel = volume.grid.voxel_from_ct(x_ct);
-    const Eigen::Vector3i low = voxel.array().floor().cast<int>();
-    if (low.minCoeff() < 0 || (low.array() >= volume.grid.size.array() - 1).any()) return 0;
-    const Eigen::Vector3d t = voxel - low.cast<double>();
-    double sum = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
-        const double weight = (x ? t.x() : 1 - t.x()) * (y ? t.y() : 1 - t.y()) * (z ? t.z() : 1 - t.z());
-        sum += weight * volume(low.x() + x, low.y() + y, low.z() + z);
-    }
-    return static_cast<float>(sum);
-}
-
-/// Half of the pelvis, by what it exceeds soft tissue by, in half its size.
-Volume bone_of(const std::string& file, bool is_right) {
-    Volume volume = read_volume(file, {.object = {.bone_threshold_hu = kBone_hu}}).volume;
-    const int columns = volume.grid.size.x();
-    for (std::size_t i = 0; i < volume.attenuation_per_mm.size(); ++i) {
-        const bool of_right = static_cast<int>(i % columns) < columns / 2;
-        if (of_right != is_right) volume.attenuation_per_mm[i] = 0;
-    }
-    volume.grid.origin_mm = kScale * (volume.grid.origin_mm - volume.grid.centre_ct_mm());
-    volume.grid.spacing_mm *= kScale;
-    return crop(volume, box_of_object(volume));
-}
-
-/// The same on a cube of n^3 voxels.
-Volume cube_of(const Volume& bone, int n) {
-    const Eigen::Vector3d extent_mm = bone.grid.spacing_mm.cwiseProduct(bone.grid.size.cast<double>());
-    Volume cube;
-    cube.grid = centred_grid(Eigen::Vector3i::Constant(n), Eigen::Vector3d::Constant(extent_mm.maxCoeff() / n));
-    cube.grid.origin_mm += bone.grid.centre_ct_mm();
-    for (int z = 0; z < n; ++z) {
-        for (int y = 0; y < n; ++y) {
-            for (int x = 0; x < n; ++x) {
-                cube.attenuation_per_mm.push_back(sample(bone, cube.grid.ct_from_voxel({1. * x, 1. * y, 1. * z})));
-            }
-        }
-    }
-    return cube;
-}
-
-/// Flexion and what goes with it: up to 25 degrees and 10 mm, smooth, at most 1.6 degrees and 0.7 mm from frame to
-/// frame.
-RigidTransform pose_at(double frame, std::size_t bone, const Eigen::Vector3d& centre_mm) {
-    const double phase = 2 * std::numbers::pi * frame / kPeriod + 2.1 * static_cast<double>(bone);
-    Twist twist;
-    twist << 25 * std::sin(phase), 7 * std::sin(2 * phase + 0.4), 5 * std::cos(phase + 1), 0, 0, 0;
-    twist *= std::numbers::pi / 180;
-    twist.tail<3>() << 4 * std::cos(phase + 0.3), 6 * std::sin(phase + 2), 5 * std::sin(2 * phase);
-    return exp_about(twist, centre_mm);
-}
-
-/// Both bones where they are, in an elliptic cylinder of water.
-Volume body_at(const std::vector<Volume>& bones, const std::vector<RigidTransform>& world_from_ct) {
-    Volume body;
-    body.grid = centred_grid({400, 300, 340}, Eigen::Vector3d::Constant(0.5));
-    const double water = hu_presets().front().water_per_mm;
-    std::vector<RigidTransform> ct_from_world;
-    for (const RigidTransform& pose : world_from_ct) ct_from_world.push_back(inverse(pose));
-    const Eigen::Vector3d half_mm = 0.475 * body.grid.spacing_mm.cwiseProduct(body.grid.size.cast<double>());
-    for (int z = 0; z < body.grid.size.z(); ++z) {
-        for (int y = 0; y < body.grid.size.y(); ++y) {
-            for (int x = 0; x < body.grid.size.x(); ++x) {
-                const Eigen::Vector3d x_world = body.grid.ct_from_voxel({1. * x, 1. * y, 1. * z});
-                const bool is_inside = x_world.cwiseQuotient(half_mm).head<2>().squaredNorm() < 1;
-                double value = is_inside ? water : 0;
-                for (std::size_t b = 0; b < bones.size(); ++b) value += sample(bones[b], ct_from_world[b] * x_world);
-                body.attenuation_per_mm.push_back(static_cast<float>(value));
-            }
-        }
-    }
-    return body;
-}
-
-std::vector<View> cameras(int pixels) {
-    return {{"cam1", test::c_arm_view(-30, pixels, 200), {}, {}}, {"cam2", test::c_arm_view(40, pixels, 200), {}, {}}};
-}
-
-std::string frame_name(const std::string& camera, int frame) {
-    char number[16];
-    std::snprintf(number, sizeof number, "%04d", frame);
-    return camera + "/" + number + ".tif";
-}
-
-std::vector<RigidTransform> poses_at(int frame, const std::vector<Eigen::Vector3d>& centres_mm) {
-    std::vector<RigidTransform> poses;
-    for (std::size_t b = 0; b < centres_mm.size(); ++b) poses.push_back(pose_at(frame, b, centres_mm[b]));
-    return poses;
-}
-
-/// With quantum noise of its own.
-void write_frame(const std::filesystem::path& folder, int frame, const std::vector<View>& views,
-                 const std::vector<XrayExposure>& exposures) {
-    for (std::size_t v = 0; v < views.size(); ++v) {
-        const RawXray counts =
-            detected(xray_model("biplane-lab"), exposures[v], static_cast<std::uint64_t>(2 * frame) + v);
-        write_counts(folder / frame_name(views[v].name, frame), counts.image, counts.max_representable);
-    }
-}
-
-void make(const Settings& settings) {
-    const std::filesystem::path folder = settings.folder;
-    std::vector<Volume> bones;
-    std::vector<Eigen::Vector3d> centres_mm;
-    std::vector<View> views = cameras(settings.pixels);
-    for (const View& view : views) std::filesystem::create_directories(folder / view.name);
-    for (std::size_t b = 0; b < kBones.size(); ++b) {
-        bones.push_back(bone_of(settings.file, b == 1));
-        const Volume cube = cube_of(bones[b], settings.voxels);
-        centres_mm.push_back(object_extent(cube).centre_ct_mm);
-        write_volume(folder / (std::string(kBones[b]) + ".nii.gz"), cube);
-        const RigidTransform start =
-            perturbed_start(pose_at(1, b, centres_mm[b]), default_targets_ct_mm(cube), 3, 1 + b);
-        write_pose(folder / ("start_" + std::string(kBones[b]) + ".json"), start);
-    }
-    IntensitySettings intensity;
-    intensity.kind = IntensityKind::transmission;
-    intensity.polarity = Polarity::bone_dark;
-    intensity.auto_mask = true;
-    write_views(folder / "views.json", views, {frame_name("cam1", 1), frame_name("cam2", 1)}, intensity);
-    const auto backend = create_backend("cpu").backend;
-    for (int frame = settings.first; frame <= std::min(settings.frames, kPeriod); ++frame) {
-        const std::vector<XrayExposure> exposures =
-            expose(xray_model("biplane-lab"), body_at(bones, poses_at(frame, centres_mm)), hu_presets().front(), views,
-                   {}, *backend, Projector::trilinear);
-        for (int again = frame; again <= settings.frames; again += kPeriod) {
-            write_frame(folder, again, views, exposures);
-        }
-        std::cout << "frame " << frame << " of " << std::min(settings.frames, kPeriod) << std::endl;
-    }
-}
 
 double processor_s() {
     timespec time{};
@@ -187,7 +44,7 @@ double processor_s() {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-ViewsFile views_of(const Settings& settings) {
+ViewsFile views_of(const GaitSettings& settings) {
     ViewsReadOptions reading;
     reading.images = ReadImages::frames;
     reading.frames = {"cam1=" + settings.folder + "/cam1", "cam2=" + settings.folder + "/cam2"};
@@ -196,7 +53,7 @@ ViewsFile views_of(const Settings& settings) {
 
 /// A bone of the sequence, and what came of it.
 struct Followed {
-    Followed(const Settings& settings, std::size_t index) : which(index), name(kBones[index]) {
+    Followed(const GaitSettings& settings, std::size_t index) : which(index), name(kBones[index]) {
         const Volume bone = read_volume(settings.folder + "/" + name + ".nii.gz", {.is_attenuation = true}).volume;
         window = crop(bone, box_of_object(bone));
         targets = default_targets_ct_mm(bone);
@@ -212,18 +69,18 @@ struct Followed {
     Tally tally;
 };
 
-TrackOptions options_of(const Settings& settings) {
+TrackOptions options_of(const GaitSettings& settings) {
     TrackOptions options;
     options.quick = !settings.is_thorough;
     return options;
 }
 
-std::string title(const Settings& settings, const std::string& bone) {
+std::string title(const GaitSettings& settings, const std::string& bone) {
     return bone + (settings.is_together ? ", together" : "") + (settings.is_thorough ? ", every frame in full" : "");
 }
 
 /// One bone followed through the sequence.
-void follow_bone(const Settings& settings, std::size_t which, Record& record) {
+void follow_bone(const GaitSettings& settings, std::size_t which, Record& record) {
     Followed bone(settings, which);
     const ViewsFile views = views_of(settings);
     const auto backend = create_backend("cpu").backend;
@@ -236,13 +93,13 @@ void follow_bone(const Settings& settings, std::size_t which, Record& record) {
         const TrackFrame found = tracker.feed(frames.number, instant.views);
         bone.tally.read_s.push_back(between - begin);
         bone.tally.seconds.push_back(processor_s() - between);
-        bone.tally.take(found, pose_at(frames.number, which, bone.centre_mm), bone.targets);
+        bone.tally.take(found, gait_pose(frames.number, which, bone.centre_mm, settings.is_joined), bone.targets);
     }
     bone.tally.tell(title(settings, bone.name), record);
 }
 
 /// Both, as `raylign track` does; what they have in common counts half for each.
-void follow_both(const Settings& settings, Record& record) {
+void follow_both(const GaitSettings& settings, Record& record) {
     std::deque<Followed> bones;
     std::deque<Tracker> trackers;
     std::vector<const Volume*> volumes;
@@ -273,10 +130,106 @@ void follow_both(const Settings& settings, Record& record) {
             prospects[b].remember(found);
             bones[b].tally.read_s.push_back(read_s);
             bones[b].tally.seconds.push_back(processor_s() - between + shared_s / static_cast<double>(bones.size()));
-            bones[b].tally.take(found, pose_at(frames.number, b, bones[b].centre_mm), bones[b].targets);
+            bones[b].tally.take(found, gait_pose(frames.number, b, bones[b].centre_mm, settings.is_joined),
+                                bones[b].targets);
         }
     }
     for (const Followed& bone : bones) bone.tally.tell(title(settings, bone.name), record);
+}
+
+/// [frame][bone]
+using FramesOfBones = std::vector<std::array<TrackFrame, kBones.size()>>;
+
+/// Both bones in the first view alone, as `raylign track` follows them.
+FramesOfBones follow_in_one_view(const GaitSettings& settings, std::deque<Followed>& bones, ViewGeometry& view) {
+    const auto backend = create_backend("cpu").backend;
+    std::deque<Tracker> trackers;
+    std::vector<const Volume*> volumes;
+    for (std::size_t b = 0; b < kBones.size(); ++b) {
+        const Followed& bone = bones.emplace_back(settings, b);
+        volumes.push_back(&bone.window);
+        trackers.emplace_back(bone.window, bone.start, options_of(settings), *backend);
+    }
+    Company company(volumes, options_of(settings), *backend);
+    std::array<Prospect, kBones.size()> prospects;
+    FramesOfBones all;
+    const ViewsFile views = views_of(settings);
+    InstantReader reader(views);
+    for (const FrameSet& frames : pair_frames(views, {1, settings.frames, 1})) {
+        const Instant instant = reader.read(frames);
+        const std::span<const View> first = std::span(instant.views).first(1);
+        view = first.front().geometry;
+        std::vector<Expectation> expected;
+        for (std::size_t b = 0; b < kBones.size(); ++b) {
+            expected.push_back({prospects[b].whereabouts(), trackers[b].predicted(frames.number)});
+        }
+        if (settings.is_together) company.meet(first, expected, {});
+        auto& found = all.emplace_back();
+        for (std::size_t b = 0; b < kBones.size(); ++b) {
+            found[b] = trackers[b].feed(frames.number, company.remainder(first, b));
+            prospects[b].remember(found[b]);
+        }
+    }
+    return all;
+}
+
+/// As `raylign track --joint-gap` does after tracking.
+void hold_gap(double gap_mm, const std::deque<Followed>& bones, const ViewGeometry& view, FramesOfBones& all) {
+    std::vector<DepthsOfFrame> depths;
+    for (const auto& frame : all) {
+        DepthsOfFrame& of_frame = depths.emplace_back();
+        for (std::size_t b = 0; b < bones.size(); ++b) of_frame.push_back(depth_of(frame[b], bones[b].centre_mm, view));
+    }
+    const std::pair<std::size_t, std::size_t> pair{0, 1};
+    const std::vector<DepthsOfFrame> held = hold_gaps(depths, {&pair, 1}, gap_mm);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        for (std::size_t b = 0; b < bones.size(); ++b) {
+            if (held[i][b]) move_to(all[i][b], *held[i][b], bones[b].centre_mm, view);
+        }
+    }
+}
+
+/// Root mean square about the mean.
+double scatter_of(const std::vector<double>& values) {
+    const Eigen::Map<const Eigen::ArrayXd> all(values.data(), std::ssize(values));
+    return values.empty() ? 0 : std::sqrt((all - all.mean()).square().mean());
+}
+
+/// One bone in one view: errors of its centre along the line of sight and across it, of the frames that are ok.
+void tell_depth(const std::string& name, const GaitSettings& settings, const FramesOfBones& all, const Followed& bone,
+                const ViewGeometry& view, Record& record) {
+    std::vector<double> depth_mm, size_mm, plane_mm, expected_mm;
+    int within = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const TrackFrame& found = all[i][bone.which];
+        if (found.status != TrackStatus::ok) continue;
+        const int number = found.frame;
+        const Eigen::Vector3d true_mm =
+            gait_pose(number, bone.which, bone.centre_mm, settings.is_joined) * bone.centre_mm;
+        const Eigen::Vector3d off_mm = found.world_from_ct * bone.centre_mm - true_mm;
+        const double along_mm = off_mm.dot((true_mm - source_world_mm(view)).normalized());
+        depth_mm.push_back(along_mm);
+        size_mm.push_back(std::abs(along_mm));
+        plane_mm.push_back(std::sqrt(std::max(0.0, off_mm.squaredNorm() - along_mm * along_mm)));
+        expected_mm.push_back(found.expected_in_depth_mm);
+        within += std::abs(along_mm) <= 2 * found.expected_in_depth_mm;
+    }
+    std::cout << name << ": " << depth_mm.size() << " of " << all.size() << " frames ok, in depth off by "
+              << median(size_mm) << " mm (median; with its sign " << median(depth_mm) << ", most " << most(size_mm)
+              << "), from frame to frame " << scatter_of(depth_mm) << " mm (rms), expected " << median(expected_mm)
+              << " mm, within twice that " << within << "; in plane " << median(plane_mm) << " mm" << std::endl;
+    record.add({name, static_cast<double>(all.size()), static_cast<double>(depth_mm.size()), median(size_mm),
+                most(size_mm), median(depth_mm), scatter_of(depth_mm), median(expected_mm), within, median(plane_mm)});
+}
+
+void follow_with_gap(const GaitSettings& settings, Record& record) {
+    std::deque<Followed> bones;
+    ViewGeometry view;
+    FramesOfBones all = follow_in_one_view(settings, bones, view);
+    for (const Followed& bone : bones) tell_depth(title(settings, bone.name), settings, all, bone, view, record);
+    hold_gap(settings.gap_mm, bones, view, all);
+    const std::string told = ", gap held to " + number_json(settings.gap_mm) + " mm";
+    for (const Followed& bone : bones) tell_depth(title(settings, bone.name) + told, settings, all, bone, view, record);
 }
 
 }  // namespace
@@ -284,12 +237,11 @@ void follow_both(const Settings& settings, Record& record) {
 
 int main(int argc, char** argv) {
     using namespace raylign::detail::bench;
-    Record record(argc, argv, "A simulated gait sequence",
-                  {"bone", "frames", "found the quick way", "ok", "ok, off by more than 1 mm",
-                   "processor time a frame, p50 [s]", "reading a frame, p50 [s]", "error, p50 [mm]", "error, most [mm]",
-                   "turn, p50 [deg]", "expected error, p50 [mm]", "of it noise, rms [mm]",
-                   "alike in all steps, rms [mm]", "jitter of the error, an axis [mm]"});
-    Settings settings;
+    const bool tells_depth =
+        std::any_of(argv, argv + argc, [](const std::string& word) { return word == "--joint-gap"; });
+    Record record(argc, argv, tells_depth ? "A simulated sequence in one plane" : "A simulated gait sequence",
+                  tells_depth ? depth_columns() : gait_columns());
+    GaitSettings settings;
     CLI::App app("A simulated gait sequence");
     CLI::App& maker = *app.add_subcommand("make");
     maker.add_option("folder", settings.folder)->required();
@@ -303,10 +255,17 @@ int main(int argc, char** argv) {
     tracking.add_option("--frames", settings.frames);
     tracking.add_flag("--thorough", settings.is_thorough);
     tracking.add_flag("--together", settings.is_together);
+    tracking.add_option("--joint-gap", settings.gap_mm)->check(CLI::PositiveNumber);
+    for (CLI::App* each : {&maker, &tracking}) each->add_flag("--joined", settings.is_joined);
     app.require_subcommand(1);
     CLI11_PARSE(app, argc, argv);
     if (maker.parsed()) {
-        make(settings);
+        make_gait(settings);
+        return 0;
+    }
+    if (settings.gap_mm > 0) {
+        follow_with_gap(settings, record);
+        record.write();
         return 0;
     }
     if (settings.is_together) follow_both(settings, record);

@@ -64,6 +64,38 @@ inline double jitter_mm(const std::vector<Shifts>& frames) {
     return frames.size() < 3 ? 0 : std::sqrt(squares / (18.0 * static_cast<double>(frames.size() - 2)));
 }
 
+/// Of a Tally's row.
+inline std::vector<std::string> gait_columns() {
+    return {"bone",
+            "frames",
+            "found the quick way",
+            "ok",
+            "ok, off by more than 1 mm",
+            "processor time a frame, p50 [s]",
+            "reading a frame, p50 [s]",
+            "error, p50 [mm]",
+            "error, most [mm]",
+            "turn, p50 [deg]",
+            "expected error, p50 [mm]",
+            "of it noise, rms [mm]",
+            "alike in all steps, rms [mm]",
+            "jitter of the error, an axis [mm]"};
+}
+
+/// Of a bone followed in one view.
+inline std::vector<std::string> depth_columns() {
+    return {"bone",
+            "frames",
+            "ok",
+            "in depth, p50 [mm]",
+            "in depth, most [mm]",
+            "in depth with its sign, p50 [mm]",
+            "in depth, rms about the mean [mm]",
+            "expected in depth, p50 [mm]",
+            "within twice that",
+            "in plane, p50 [mm]"};
+}
+
 /// What came of a bone's frames.
 struct Tally {
     std::vector<double> seconds, read_s, errors_mm, turns_deg, expected_mm;

@@ -13,32 +13,11 @@
 namespace raylign::detail::apps {
 namespace {
 
-/// An object's centre, as the view sees it.
-struct Sighted {
-    Eigen::Vector3d from_source_mm;  ///< in world
-    double depth_mm;                 ///< along the view's axis
-
-    /// Of a length along the line of sight, how much goes along the axis.
-    [[nodiscard]] double slant() const { return depth_mm / from_source_mm.norm(); }
-};
-
-Sighted sighted(const TrackFrame& frame, const Eigen::Vector3d& centre_ct_mm, const ViewGeometry& view) {
-    const Eigen::Vector3d centre_mm = frame.world_from_ct * centre_ct_mm;
-    return {centre_mm - source_world_mm(view), (view.camera_from_world * centre_mm).z()};
-}
-
 std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const TrackInputs& inputs) {
     if (!inputs.joints.empty()) return inputs.joints;
     std::vector<std::pair<std::size_t, std::size_t>> pairs;
     for (std::size_t k = 1; k < inputs.objects.size(); ++k) pairs.emplace_back(k - 1, k);
     return pairs;
-}
-
-/// Along its line of sight to this depth, as sure as that.
-void move_to(TrackFrame& frame, const Sighted& at, const DepthSample& depth) {
-    frame.world_from_ct.translation_mm += at.from_source_mm * ((depth.depth_mm - at.depth_mm) / at.depth_mm);
-    frame.expected_in_depth_mm = depth.sigma_mm / at.slant();
-    frame.expected_error_mm = std::hypot(frame.expected_in_plane_mm, frame.expected_in_depth_mm);
 }
 
 }  // namespace
@@ -62,9 +41,7 @@ std::vector<TrajectoryRow> rows_with_gaps_held(std::vector<TrajectoryRow> rows, 
         const auto object = static_cast<std::size_t>(std::ranges::find(inputs.objects, row.object, &TrackObject::name) -
                                                      inputs.objects.begin());
         of_row.push_back({at->second, object});
-        if (row.frame.status != TrackStatus::ok || !(row.frame.expected_in_depth_mm > 0)) continue;
-        const Sighted seen = sighted(row.frame, centres_ct_mm[object], view);
-        depths[at->second][object] = DepthSample{seen.depth_mm, row.frame.expected_in_depth_mm * seen.slant()};
+        depths[at->second][object] = depth_of(row.frame, centres_ct_mm[object], view);
     }
     const std::vector<DepthsOfFrame> held = hold_gaps(depths, pairs_of(inputs), gap_mm);
     std::vector<double> moved_mm;
@@ -72,7 +49,7 @@ std::vector<TrajectoryRow> rows_with_gaps_held(std::vector<TrajectoryRow> rows, 
         const auto& before = depths[of_row[i].frame][of_row[i].object];
         const auto& after = held[of_row[i].frame][of_row[i].object];
         if (!before || !after || before->depth_mm == after->depth_mm) continue;
-        move_to(rows[i].frame, sighted(rows[i].frame, centres_ct_mm[of_row[i].object], view), *after);
+        move_to(rows[i].frame, *after, centres_ct_mm[of_row[i].object], view);
         moved_mm.push_back(std::abs(after->depth_mm - before->depth_mm));
     }
     notes.push_back("--joint-gap " + number_text(gap_mm) + " mm: depths of " + std::to_string(moved_mm.size()) +

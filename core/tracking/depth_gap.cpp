@@ -94,6 +94,20 @@ void join(DepthsOfFrame& frame, const std::vector<Gap>& gaps, double gap_mm) {
     }
 }
 
+/// An object's centre, as the view sees it.
+struct Sighted {
+    Eigen::Vector3d from_source_mm;  ///< in world
+    double depth_mm;                 ///< along the view's axis
+
+    /// Of a length along the line of sight, how much goes along the axis.
+    [[nodiscard]] double slant() const { return depth_mm / from_source_mm.norm(); }
+};
+
+Sighted sighted(const TrackFrame& frame, const Eigen::Vector3d& centre_ct_mm, const ViewGeometry& view) {
+    const Eigen::Vector3d centre_mm = frame.world_from_ct * centre_ct_mm;
+    return {centre_mm - source_world_mm(view), (view.camera_from_world * centre_mm).z()};
+}
+
 }  // namespace
 
 std::vector<DepthsOfFrame> hold_gaps(std::vector<DepthsOfFrame> frames, std::span<const Pair> pairs, double gap_mm) {
@@ -109,6 +123,21 @@ std::vector<DepthsOfFrame> hold_gaps(std::vector<DepthsOfFrame> frames, std::spa
         if (!met.empty()) join(frame, met, gap_mm);
     }
     return frames;
+}
+
+std::optional<DepthSample> depth_of(const TrackFrame& frame, const Eigen::Vector3d& centre_ct_mm,
+                                    const ViewGeometry& view) {
+    if (frame.status != TrackStatus::ok || !(frame.expected_in_depth_mm > 0)) return std::nullopt;
+    const Sighted seen = sighted(frame, centre_ct_mm, view);
+    return DepthSample{seen.depth_mm, frame.expected_in_depth_mm * seen.slant()};
+}
+
+void move_to(TrackFrame& frame, const DepthSample& depth, const Eigen::Vector3d& centre_ct_mm,
+             const ViewGeometry& view) {
+    const Sighted at = sighted(frame, centre_ct_mm, view);
+    frame.world_from_ct.translation_mm += at.from_source_mm * ((depth.depth_mm - at.depth_mm) / at.depth_mm);
+    frame.expected_in_depth_mm = depth.sigma_mm / at.slant();
+    frame.expected_error_mm = std::hypot(frame.expected_in_plane_mm, frame.expected_in_depth_mm);
 }
 
 }  // namespace raylign::detail

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "raylign/camera.h"
+#include "raylign/tracking.h"
 
 namespace raylign::detail {
 
@@ -27,5 +31,13 @@ using DepthsOfFrame = std::vector<std::optional<DepthSample>>;
 [[nodiscard]] std::vector<DepthsOfFrame> hold_gaps(std::vector<DepthsOfFrame> frames,
                                                    std::span<const std::pair<std::size_t, std::size_t>> pairs,
                                                    double gap_mm);
+
+/// The depth of the object's centre along the view's axis. None of a frame that is not ok, or tells no depth.
+[[nodiscard]] std::optional<DepthSample> depth_of(const TrackFrame& frame, const Eigen::Vector3d& centre_ct_mm,
+                                                  const ViewGeometry& view);
+
+/// Moves the object along its line of sight to this depth of its centre, so that its place in the image stays.
+void move_to(TrackFrame& frame, const DepthSample& depth, const Eigen::Vector3d& centre_ct_mm,
+             const ViewGeometry& view);
 
 }  // namespace raylign::detail
