@@ -1,5 +1,7 @@
 #include "core/registration/strategy/strategy.h"
 
+#include <utility>
+
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/registration/policy.h"
@@ -78,6 +80,47 @@ void look_around(Run& run) {
     }
 }
 
+constexpr double kFarResult = 0.75;  // of the search's range, from the start
+
+/// From the start that was searched around to the result: of the object's centre.
+double from_start_mm(const Run& run) {
+    const Eigen::Vector3d& centre_ct_mm = run.extent.centre_ct_mm;
+    return (run.result.world_from_ct * centre_ct_mm - run.start * centre_ct_mm).norm();
+}
+
+/// The best place near the border of what was searched may be a neighbour of the right one beyond: searched for once
+/// more, around the result. The better one stays; whether it lies beyond the range that was asked for is judged as
+/// ever. A range below the default is a wish to stay near. A stop leaves the result that was there.
+void search_around_far_result(Run& run) {
+    const double range_mm = run.result.search.range_mm;
+    const double far_mm = from_start_mm(run);
+    if (range_mm < kNearRange_mm || run.is_hopeless || !(far_mm > kFarResult * range_mm)) return;
+    const RegistrationResult first = run.result;
+    const RigidTransform start = std::exchange(run.start, first.world_from_ct);
+    const auto first_explained = run.explained_cost;
+    const auto first_view_costs = run.explained_view_costs;
+    const auto back_to_first = [&](const std::string& decision) {
+        go_back_to(run, first, decision);
+        run.explained_cost = first_explained;
+        run.explained_view_costs = first_view_costs;
+    };
+    const auto looked_at =
+        "looked once more around the result, which lies " + fixed(far_mm, 0) + " mm from the start: ";
+    try {
+        search_part(run, Search::near);
+        const bool is_better = run.result.cost_final < first.cost_final;
+        if (is_better) run.result.decisions.push_back(looked_at + "a better place was found");
+        if (!is_better) back_to_first(looked_at + "no better place was found");
+        run.result.cost_initial = first.cost_initial;
+    } catch (const RunStopped&) {
+        back_to_first("");
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::input) throw;
+        back_to_first("");
+    }
+    run.start = start;
+}
+
 void find_pose_as(Run& run, Content content, StartCheck check) {
     const Search search = search_for(run, content);
     run.result.content = content;
@@ -88,6 +131,7 @@ void find_pose_as(Run& run, Content content, StartCheck check) {
         search_whole(run, search, check);
     } else {
         search_part(run, search);
+        if (search == Search::near) search_around_far_result(run);
     }
 }
 

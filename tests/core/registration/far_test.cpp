@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/evaluation/mismatch.h"
@@ -95,6 +96,25 @@ TEST(PartOfTheXray, AWideRangeIsSearchedToo) {
     const RegistrationResult found = c.run(start, options);
     EXPECT_LT(c.mtre_mm(found.world_from_ct), test::kVertebraMtre_mm);
     EXPECT_GT(found.search.starts, 1000000);
+}
+
+TEST(PartOfTheXray, AFarResultIsLookedAroundOnceMore) {
+    SpineCase c;
+    c.volume = one_vertebra(c.volume);
+    const auto found_from = [&](double off_mm, std::optional<double> range_mm) {
+        return c.run(RigidTransform::translate({off_mm, 0, 0}) * c.truth,
+                     {.content = Content::part, .search = {.mode = Search::near, .range_mm = range_mm}});
+    };
+    const auto once_more = testing::Contains(testing::HasSubstr("looked once more around the result"));
+    const RegistrationResult far = found_from(18, {}), near = found_from(8, {}), asked_to_stay = found_from(18, 19);
+    EXPECT_THAT(far.decisions, once_more);
+    EXPECT_THAT(near.decisions, testing::Not(once_more));
+    EXPECT_THAT(asked_to_stay.decisions, testing::Not(once_more));
+    for (const RegistrationResult* result : {&far, &near, &asked_to_stay}) {
+        EXPECT_LT(c.mtre_mm(result->world_from_ct), test::kVertebraMtre_mm);
+        EXPECT_TRUE(result->ok);
+    }
+    EXPECT_NEAR(far.cost_initial, asked_to_stay.cost_initial, 0.05) << "that of the start that was given";
 }
 
 TEST(PartOfTheXray, SaysSoWhereTheSearchSeesTooLittleOfIt) {
