@@ -19,6 +19,7 @@
 #include "core/io/files/temporary_file.h"
 #include "core/io/files/text.h"
 #include "core/io/images/headered_file.h"
+#include "core/io/images/image_checks.h"
 #include "core/io/images/jpeg_file.h"
 #include "core/io/images/png_file.h"
 #include "core/io/images/quiet_itk.h"
