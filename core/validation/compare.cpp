@@ -23,6 +23,7 @@ constexpr int kSweepSamples = 17;            // a parabola needs three; the rest
 constexpr double kSweepStep = 0.5;           // mm or deg
 constexpr double kDifferenceStep_mm = 0.02;  // the least of truncation, kinks and rounding of float images
 constexpr double kEqualCosts = 0x1p-24;      // a float's rounding of a cost of one
+constexpr double kFlatValley = 20;           // times the tolerance: a tenth of a pixel; farther apart is elsewhere
 constexpr std::array<const char*, 6> kParameters{"about x", "about y", "about z", "x", "y", "z"};
 
 std::string pose_name(std::size_t i) { return "pose " + std::to_string(i); }
@@ -274,7 +275,8 @@ private:
             result_.registrations.push_back({backends_[backend_].name, i, found.world_from_ct,
                                              mean_target_error_mm(found.world_from_ct, given_, targets_), mtre_mm,
                                              found.cost_final, found.iterations, found.total_s, ""});
-            const bool flat = mtre_mm > allowed.value && equally_good(found.world_from_ct, oracle);
+            const bool flat = mtre_mm > allowed.value && mtre_mm <= kFlatValley * allowed.value &&
+                              equally_good(found.world_from_ct, oracle);
             (flat ? apart_in_flat_valleys : apart).add(mtre_mm, "start " + std::to_string(i));
         }
         if (is_oracle() || options_.registrations <= 0) return;

@@ -44,7 +44,7 @@ void coarse_to_fine(Run& run, Content content, const std::vector<LevelPlan>& lev
     try {
         for (std::size_t i = 0; i < levels.size(); ++i) {
             level = std::make_unique<Level>(run, levels[i], content, focus());
-            const LevelPlace place{i == 0, i + 2 == levels.size(), i + 1 == levels.size(), coarser.get()};
+            const LevelPlace place{i == 0, i + 2 == levels.size(), i + 1 == levels.size()};
             const Next next = step(*level, place);
             run.done_work += level_work(levels[i]);
             if (next == Next::finely) finish_finely(run, levels[i], levels[i + 1]);

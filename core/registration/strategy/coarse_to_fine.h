@@ -20,13 +20,12 @@ namespace raylign::detail {
 /// Where in the pyramid a level stands.
 struct LevelPlace {
     bool is_first = false, is_last_but_one = false, is_last = false;
-    Level* coarser = nullptr;  ///< the level before, still open; none on the first
 };
 
 /// Goes through the levels, coarsest first: on each, `focus` says where its images are cut to (nothing: not at all),
 /// and `step` moves the result and says how to go on. The result is finished (finish.h) on the last level, or, where
-/// the step asks for it, with a fine filter from there on. Two levels are open at a time: the expected error is taken
-/// from the coarser one.
+/// the step asks for it, with a fine filter from there on. Two levels are open at a time: the expected error of a
+/// whole is taken from the coarser one.
 enum class Next {
     finer,   ///< the next level, or the finish after the last
     finely,  ///< the level before the last: the last as finish_finely does it

@@ -21,7 +21,8 @@ double next_floor(Run& run, Level& level, double floor) {
         pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch,
                   [floor](const Image& shown, std::size_t) { return floor_derivative(shown, floor); });
     const double most = std::min(kMostFloor, floor + kLongestStep * (1 - floor));
-    return std::clamp(floor + floor_step(sums.front()), 0.0, most);
+    const double step = floor_step(sums.front());
+    return std::isfinite(step) ? std::clamp(floor + step, 0.0, most) : floor;
 }
 
 }  // namespace
@@ -33,12 +34,13 @@ Twist fit_contrast(Run& run, Level& level) {
     for (int round = 1; round <= kRounds; ++round) {
         const double next = next_floor(run, level, floor);
         const bool is_settled = std::abs(next - floor) < kSettledFloor;
-        if (is_settled && floor == 0) return Twist::Zero();
+        if (is_settled && round == 1) return Twist::Zero();
         floor = next;
         level.show_up_to(floor > 0 ? -std::log(floor) : std::numeric_limits<double>::infinity());
         level.settle(is_settled || round == kRounds);
         if (is_settled) break;
     }
+    if (floor == 0) return Twist::Zero();
     run.result.decisions.push_back(
         "the X-ray compresses contrast, as scatter, glare and a black level do: DRRs are compared as -log(f + (1 - f) "
         "exp(-L)) with f = " +

@@ -26,8 +26,8 @@ void summarise(Confidence& confidence, double radius_mm);
 inline constexpr double kCalibration_explained = 1;   ///< noise is all that is left
 inline constexpr double kCalibration_mismatch = 1.2;  ///< structures that bias all groups alike: other tissue, metal
 
-/// By information. Fitted on boxes of a chest CT's vertebrae, 20 poses each, in ideal X-rays: 70 of 74 believed ones
-/// within twice (20 of 74 before); then c-arm X-rays 58 of 61, the spine phantom and halves of a pelvis all 51.
+/// By information. Chosen on boxes of a chest CT's vertebrae, 20 poses each (70 of 74 within twice in ideal X-rays, 20
+/// before; 58 of 61 in c-arm X-rays), the spine phantom and halves of a pelvis (all 51).
 inline constexpr double kCalibration_part = 1.6;
 
 inline constexpr double kModelCalibration = 1.3;

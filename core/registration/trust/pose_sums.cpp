@@ -124,6 +124,12 @@ ColumnSums column_sums(const Channel& channel, const Image& weights, const Stret
 /// sum w |J|^2 of the derivatives by translation, and what of it robust weights that follow the pose leave.
 struct Energy {
     double all = 0, left = 0;
+
+    Energy& operator+=(const Energy& other) {
+        all += other.all;
+        left += other.left;
+        return *this;
+    }
 };
 
 Energy energy_of(const Channel& channel, const Seen& seen, const Stretch& pixels) {
@@ -178,9 +184,7 @@ Band sum_band(const Seen& seen, const Channel& channel, int first_row, int end_r
             }
             if (!channel.seventh.pixels.empty()) band.seventh[group] += column_sums(channel, weights, pixels);
             for (std::size_t p = pixels.begin; p < pixels.end; ++p) band.pixels[group] += weights.pixels[p] > 0;
-            const Energy energy = energy_of(channel, seen, pixels);
-            band.energy.all += energy.all;
-            band.energy.left += energy.left;
+            band.energy += energy_of(channel, seen, pixels);
         });
     }
     return band;
@@ -191,8 +195,7 @@ Band& operator+=(Band& sum, const Band& band) {
     for (int g = 0; g < kGroups; ++g) sum.seventh[g] += band.seventh[g];
     for (int g = 0; g < kGroups; ++g) sum.pixels[g] += band.pixels[g];
     for (int d = 0; d < kDistortions; ++d) sum.distorted[d] += band.distorted[d];
-    sum.energy.all += band.energy.all;
-    sum.energy.left += band.energy.left;
+    sum.energy += band.energy;
     return sum;
 }
 
@@ -243,10 +246,7 @@ ScaledLinearization scaled_without(const std::vector<Band>& channels, int left_o
 
 double information_of(double cost, const std::vector<Band>& channels) {
     Energy energy;
-    for (const Band& channel : channels) {
-        energy.all += channel.energy.all;
-        energy.left += channel.energy.left;
-    }
+    for (const Band& channel : channels) energy += channel.energy;
     const double left = energy.all > 0 ? energy.left / energy.all : 1;
     return std::max(kLeastCorrelation, 1 - cost) * left;
 }

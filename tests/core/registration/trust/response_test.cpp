@@ -90,6 +90,12 @@ TEST(Response, DerivativeIsTheLimitOfDifferences) {
     }
 }
 
+TEST(Response, DerivativeIsFiniteBehindWhatNothingGetsThrough) {
+    Image dense(1, 1);
+    dense.pixels = {1000};
+    EXPECT_TRUE(std::isfinite(floor_derivative(dense, 0.5).pixels[0]));
+}
+
 TEST(Response, StepIsTheFloorThatIsMissing) {
     OneVertebra c;
     EXPECT_NEAR(floor_step(c.sums(0.3, 0)), 0, 1e-5);
