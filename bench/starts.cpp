@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -39,7 +40,7 @@ RigidTransform hidden_pose(const Volume& volume) {
 }
 
 struct Run {
-    double initial_mm = 0, final_mm = 0, mrpd_mm = 0, cost = 0, seconds = 0;
+    double initial_mm = 0, final_mm = 0, mrpd_mm = 0, cost = 0, seconds = 0, processor_s = 0;
     std::uint64_t evaluations = 0, linearizations = 0;
     bool ok = false;
     RigidTransform pose;
@@ -55,19 +56,15 @@ struct Job {
 
 Run run_one(const Job& job, Backend& backend, double mtre_mm, std::uint64_t seed) {
     const RigidTransform start = perturbed_start(job.truth, job.targets, mtre_mm, seed);
+    const std::clock_t before = std::clock();
     const RegistrationResult result = register_volume(job.volume, job.views, start, {.method = job.method}, backend);
+    const double processor_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     std::vector<ViewGeometry> geometry;
     for (const View& view : job.views) geometry.push_back(view.geometry);
     const TargetErrors errors = target_errors(result.world_from_ct, job.truth, job.targets, geometry);
-    return {mtre_mm,
-            errors.mtre_mm,
-            errors.mean_mrpd_mm,
-            result.cost_final,
-            result.total_s,
-            result.counters.evaluations,
-            result.counters.linearizations,
-            result.ok,
-            result.world_from_ct};
+    return {mtre_mm,        errors.mtre_mm,      errors.mean_mrpd_mm,         result.cost_final,
+            result.total_s, processor_s,         result.counters.evaluations, result.counters.linearizations,
+            result.ok,      result.world_from_ct};
 }
 
 void print_case(const char* name, const Job& job, const std::vector<std::string>& backends, double mtre_mm, int seeds,
@@ -75,28 +72,32 @@ void print_case(const char* name, const Job& job, const std::vector<std::string>
     const double half_voxel_mm = job.volume.grid.spacing_mm.minCoeff() / 2;
     std::printf("\n%s, start %.0f mm away, %d seeds, X-rays simulated from the CT (trilinear, noise)\n", name, mtre_mm,
                 seeds);
-    std::printf("%-10s %4s %9s %9s %10s %6s %6s %7s %s\n", "backend", "seed", "mTRE mm", "mRPD mm", "cost", "evals",
-                "lins", "s", "ok");
+    std::printf("%-10s %4s %9s %9s %10s %6s %6s %7s %7s %s\n", "backend", "seed", "mTRE mm", "mRPD mm", "cost", "evals",
+                "lins", "s", "cpu s", "ok");
     std::vector<std::vector<Run>> all;
     for (const std::string& name_of_backend : backends) {
         const auto backend = create_backend(name_of_backend).backend;
         all.emplace_back();
         int successes = 0;
         double largest_mm = 0;
-        std::vector<double> seconds;
+        std::vector<double> seconds, processor_s;
         for (int seed = 1; seed <= seeds; ++seed) {
             const Run r = run_one(job, *backend, mtre_mm, seed);
-            std::printf("%-10s %4d %9.4f %9.4f %10.6f %6llu %6llu %7.2f %s\n", name_of_backend.c_str(), seed,
+            std::printf("%-10s %4d %9.4f %9.4f %10.6f %6llu %6llu %7.2f %7.3f %s\n", name_of_backend.c_str(), seed,
                         r.final_mm, r.mrpd_mm, r.cost, static_cast<unsigned long long>(r.evaluations),
-                        static_cast<unsigned long long>(r.linearizations), r.seconds, r.ok ? "yes" : "no");
+                        static_cast<unsigned long long>(r.linearizations), r.seconds, r.processor_s,
+                        r.ok ? "yes" : "no");
             successes += r.final_mm < half_voxel_mm;
             largest_mm = std::max(largest_mm, r.final_mm);
             seconds.push_back(r.seconds);
+            processor_s.push_back(r.processor_s);
             all.back().push_back(r);
         }
         std::ranges::sort(seconds);
-        std::printf("%s: %d of %d below half a voxel (%.3f mm), median %.2f s\n", name_of_backend.c_str(), successes,
-                    seeds, half_voxel_mm, seconds[seconds.size() / 2]);
+        std::ranges::sort(processor_s);
+        std::printf("%s: %d of %d below half a voxel (%.3f mm), median %.2f s, %.3f s of processor time\n",
+                    name_of_backend.c_str(), successes, seeds, half_voxel_mm, seconds[seconds.size() / 2],
+                    processor_s[processor_s.size() / 2]);
         record.add({name, name_of_backend, mtre_mm, successes, seeds, seconds[seconds.size() / 2], largest_mm});
     }
     for (std::size_t b = 1; b < all.size(); ++b) {
