@@ -1,5 +1,6 @@
 #include "core/image/gradient_filter.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -9,47 +10,62 @@
 namespace raylign::detail {
 namespace {
 
-/// sum_k taps[k] rows[k](x) for a row of pixels, k = -radius .. radius. Double sums, float result. Taps k and -k are
-/// added as a pair: those of a derivative cancel exactly where the image does not change, and no rounding is left that
-/// would pass for a channel to compare. Pair by pair over the whole row, as that takes several pixels at once.
-template <class Row>
-void correlate_row(const Row& row, const std::vector<double>& taps, std::vector<double>& sums, float* out) {
-    const int radius = static_cast<int>(taps.size() / 2), width = static_cast<int>(sums.size());
-    const float* middle = row(0);
-    for (int x = 0; x < width; ++x) sums[x] = taps[radius] * middle[x];
-    for (int k = 1; k <= radius; ++k) {
-        const float *after = row(k), *before = row(-k);
-        const double tap_after = taps[radius + k], tap_before = taps[radius - k];
-        for (int x = 0; x < width; ++x) sums[x] += tap_after * after[x] + tap_before * before[x];
+constexpr int kLanes = 4;        // pixels whose sums stay in registers
+constexpr int kStripWidth = 32;  // columns filtered at once: rows of both filters stay in the L2 cache
+using Lanes = Eigen::Array<double, kLanes, 1>;
+
+Lanes lanes_at(const double* values) { return Eigen::Map<const Lanes>(values); }
+
+/// Some columns of an image, filtered along x by either filter. Doubles, rows of kStripWidth.
+struct FilteredRows {
+    std::vector<double> smooth, derivative;
+
+    [[nodiscard]] static std::size_t at(int x, int y) { return static_cast<std::size_t>(y) * kStripWidth + x; }
+};
+
+/// Of the columns from x0 on; beyond the image its outermost pixels repeat. Pixels k and -k are taken together: where
+/// the image does not change they cancel exactly, and no rounding is left that would pass for a channel to compare.
+void filter_along_x(const Image& in, int x0, const GradientTaps& taps, FilteredRows& out) {
+    const int radius = taps.radius_px;
+    std::vector<double> padded(kStripWidth + 2 * static_cast<std::size_t>(radius));
+    const double *smooth = &taps.smooth[radius], *derivative = &taps.derivative[radius];
+    for (int y = 0; y < in.height; ++y) {
+        const float* row = &in.pixels[in.index(0, y)];
+        for (int i = 0; i < std::ssize(padded); ++i) padded[i] = row[std::clamp(x0 - radius + i, 0, in.width - 1)];
+        for (int x = 0; x < kStripWidth; x += kLanes) {
+            const double* middle = &padded[radius + x];
+            Lanes smoothed = smooth[0] * lanes_at(middle), derived = Lanes::Zero();
+            for (int k = 1; k <= radius; ++k) {
+                const Lanes after = lanes_at(middle + k), before = lanes_at(middle - k);
+                smoothed += smooth[k] * (after + before);
+                derived += derivative[k] * (after - before);
+            }
+            Eigen::Map<Lanes>(&out.smooth[FilteredRows::at(x, y)]) = smoothed;
+            Eigen::Map<Lanes>(&out.derivative[FilteredRows::at(x, y)]) = derived;
+        }
     }
-    for (int x = 0; x < width; ++x) out[x] = static_cast<float>(sums[x]);
 }
 
-/// Correlates along x; beyond the image its outermost pixels repeat.
-Image correlate_along_x(const Image& in, const std::vector<double>& taps) {
-    const int radius = static_cast<int>(taps.size() / 2);
-    Image out(in.width, in.height);
-    std::vector<float> padded(in.width + 2 * radius);
-    std::vector<double> sums(in.width);
-    for (int y = 0; y < in.height; ++y) {
-        const float* pixels = &in.pixels[in.index(0, y)];
-        std::fill_n(padded.begin(), radius, pixels[0]);
-        std::copy_n(pixels, in.width, padded.begin() + radius);
-        std::fill_n(padded.begin() + radius + in.width, radius, pixels[in.width - 1]);
-        correlate_row([&](int k) { return &padded[radius + k]; }, taps, sums, &out.pixels[out.index(0, y)]);
+/// Filters the same columns along y, each by the other filter, likewise.
+void filter_along_y(const FilteredRows& in, int x0, const GradientTaps& taps, std::array<Image, 2>& gradients) {
+    const int radius = taps.radius_px, height = gradients[0].height, width = gradients[0].width;
+    const double *smooth = &taps.smooth[radius], *derivative = &taps.derivative[radius];
+    const int end = std::min(kStripWidth, width - x0);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < end; x += kLanes) {
+            Lanes along_x = smooth[0] * lanes_at(&in.derivative[FilteredRows::at(x, y)]), along_y = Lanes::Zero();
+            for (int k = 1; k <= radius; ++k) {
+                const std::size_t after = FilteredRows::at(x, std::min(y + k, height - 1));
+                const std::size_t before = FilteredRows::at(x, std::max(y - k, 0));
+                along_x += smooth[k] * (lanes_at(&in.derivative[after]) + lanes_at(&in.derivative[before]));
+                along_y += derivative[k] * (lanes_at(&in.smooth[after]) - lanes_at(&in.smooth[before]));
+            }
+            for (int i = 0; i < std::min(kLanes, end - x); ++i) {
+                gradients[0](x0 + x + i, y) = static_cast<float>(along_x[i]);
+                gradients[1](x0 + x + i, y) = static_cast<float>(along_y[i]);
+            }
+        }
     }
-    return out;
-}
-
-/// Correlates along y, likewise.
-Image correlate_along_y(const Image& in, const std::vector<double>& taps) {
-    Image out(in.width, in.height);
-    std::vector<double> sums(in.width);
-    for (int y = 0; y < in.height; ++y) {
-        correlate_row([&](int k) { return &in.pixels[in.index(0, std::clamp(y + k, 0, in.height - 1))]; }, taps, sums,
-                      &out.pixels[out.index(0, y)]);
-    }
-    return out;
 }
 
 }  // namespace
@@ -77,8 +93,14 @@ GradientTaps gradient_taps(const GradientFilter& filter) {
 
 std::array<Image, 2> gradient_images(const Image& image, const GradientTaps& taps) {
     if (image.empty()) return {image, image};
-    return {correlate_along_y(correlate_along_x(image, taps.derivative), taps.smooth),
-            correlate_along_y(correlate_along_x(image, taps.smooth), taps.derivative)};
+    const std::size_t in_strip = FilteredRows::at(0, image.height);
+    FilteredRows rows{std::vector<double>(in_strip), std::vector<double>(in_strip)};
+    std::array<Image, 2> gradients{Image(image.width, image.height), Image(image.width, image.height)};
+    for (int x0 = 0; x0 < image.width; x0 += kStripWidth) {
+        filter_along_x(image, x0, taps, rows);
+        filter_along_y(rows, x0, taps, gradients);
+    }
+    return gradients;
 }
 
 namespace {

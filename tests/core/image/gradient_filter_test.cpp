@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -121,6 +122,29 @@ TEST(GradientImages, TransposedImageGivesTransposedGradients) {
         for (int x = 0; x < 23; ++x) {
             ASSERT_NEAR(a[0](x, y), b[1](y, x), 1e-7);
             ASSERT_NEAR(a[1](x, y), b[0](y, x), 1e-7);
+        }
+    }
+}
+
+TEST(GradientImages, AreThePlainSumsOfTapsAtAnyWidth) {
+    Random random(42);
+    const GradientTaps taps = gradient_taps({1.5, 4});
+    for (const int width : {1, 3, 31, 32, 33, 67}) {
+        const Image image = image_of(width, 9, [&](int, int) { return random.uniform(); });
+        const auto gradients = gradient_images(image, taps);
+        for (int y = 0; y < 9; ++y) {
+            for (int x = 0; x < width; ++x) {
+                double along_x = 0, along_y = 0;
+                for (int j = -4; j <= 4; ++j) {
+                    for (int i = -4; i <= 4; ++i) {
+                        const double pixel = image(std::clamp(x + i, 0, width - 1), std::clamp(y + j, 0, 8));
+                        along_x += taps.derivative[i + 4] * taps.smooth[j + 4] * pixel;
+                        along_y += taps.smooth[i + 4] * taps.derivative[j + 4] * pixel;
+                    }
+                }
+                ASSERT_NEAR(gradients[0](x, y), along_x, 1e-7) << x << " " << y << " of " << width;  // of floats
+                ASSERT_NEAR(gradients[1](x, y), along_y, 1e-7) << x << " " << y << " of " << width;
+            }
         }
     }
 }
