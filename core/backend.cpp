@@ -93,7 +93,7 @@ double detail::trilinear_step_mm(const RenderSettings& settings, const VoxelGrid
     return settings.step_mm.value_or(grid.spacing_mm.minCoeff() / 2);
 }
 
-void detail::check_volume(const Volume& volume, std::string_view where) {
+void detail::check_shape(const Volume& volume, std::string_view where) {
     check_grid(volume.grid, where);
     const std::size_t voxels = volume.attenuation_per_mm.size();
     const double expected = volume.grid.size.cast<double>().prod();  // integers could wrap around
@@ -101,6 +101,11 @@ void detail::check_volume(const Volume& volume, std::string_view where) {
         const std::string count = expected < 0x1p62 ? std::to_string(std::llround(expected)) : "2^62 or more";
         throw bad_value("voxel count", std::to_string(voxels), count + " as its size says", where);
     }
+}
+
+void detail::check_volume(const Volume& volume, std::string_view where) {
+    check_shape(volume, where);
+    const std::size_t voxels = volume.attenuation_per_mm.size();
     const std::span<const float> all(volume.attenuation_per_mm);
     for (std::size_t begin = 0; begin < voxels; begin += kChunk) {
         const std::span<const float> chunk = all.subspan(begin, std::min(kChunk, voxels - begin));

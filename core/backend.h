@@ -25,5 +25,7 @@ void check_render(const RenderSettings& render, const VoxelGrid& grid);
 
 /// Throws Error for sizes, spacing, direction or voxels that no backend can work with. `where` names the file.
 void check_volume(const Volume& volume, std::string_view where);
+/// The same without a look at the voxels.
+void check_shape(const Volume& volume, std::string_view where);
 
 }  // namespace raylign::detail

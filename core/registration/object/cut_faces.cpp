@@ -13,16 +13,6 @@ constexpr double kLeastFaceShare = 0.02;
 constexpr double kMostTaken = 0.5;
 constexpr double kFarAway_mm = 1e6;  // where a camera without sdd ends its rays
 
-double mean_of_what_attenuates(const Volume& volume) {
-    double sum = 0, count = 0;
-    for (const float voxel : volume.attenuation_per_mm) {
-        if (!(voxel > 0)) continue;
-        sum += voxel;
-        ++count;
-    }
-    return count > 0 ? sum / count : 0;
-}
-
 /// The face of the volume; none where too little of it is tissue.
 std::vector<CutFace> face_of(const Volume& volume, int axis, bool is_high, double tissue_per_mm) {
     const Eigen::Vector3i& size = volume.grid.size;
@@ -84,8 +74,10 @@ bool meets_column(const CutFace& face, const VoxelGrid& grid, const Eigen::Vecto
 
 }  // namespace
 
-std::vector<CutFace> cut_faces(const Volume& volume) {
-    const double tissue_per_mm = kTissueShare * mean_of_what_attenuates(volume);
+std::vector<CutFace> cut_faces(const Volume& volume) { return cut_faces(volume, volume_sums(volume)); }
+
+std::vector<CutFace> cut_faces(const Volume& volume, const VolumeSums& sums) {
+    const double tissue_per_mm = kTissueShare * sums.attenuating / std::max(1.0, sums.attenuating_count);
     std::vector<CutFace> faces;
     for (int axis = 0; axis < 3; ++axis) {
         for (const bool is_high : {false, true}) {

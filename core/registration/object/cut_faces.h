@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/registration/object/volume_sums.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"
 
@@ -20,6 +21,7 @@ struct CutFace {
 /// Faces whose outermost voxels are tissue (more than half of the mean of all that attenuates) to at least 2 %: less
 /// is a table or noise.
 [[nodiscard]] std::vector<CutFace> cut_faces(const Volume& volume);
+[[nodiscard]] std::vector<CutFace> cut_faces(const Volume& volume, const VolumeSums& sums);
 
 /// 1 where the pixel's ray misses all that was cut off, 0 where it meets it: the box of each face drawn out beyond the
 /// volume without end. What a 0 shows, no pose of the volume explains. A face that would take more than half of the

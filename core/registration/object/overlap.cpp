@@ -9,8 +9,6 @@
 namespace raylign::detail {
 namespace {
 
-constexpr int kCells = 12;  // along the longest axis: at most 1728 points
-
 /// None where the view does not show it on a pixel that counts.
 std::optional<Eigen::Vector2i> pixel_that_shows(const View& view, const Eigen::Vector3d& point_world_mm) {
     const Eigen::Vector3d in_camera = view.geometry.camera_from_world * point_world_mm;
@@ -23,43 +21,24 @@ std::optional<Eigen::Vector2i> pixel_that_shows(const View& view, const Eigen::V
     return Eigen::Vector2i(x, y);
 }
 
-/// Adds what attenuates in a row of voxels to the sums of its cells. A voxel of each cell in turn: sums of one cell
-/// would wait for each other.
-void add_row(const float* voxels, int count, int cell, double* sums) {
-    const int whole = count / cell;
-    for (int i = 0; i < cell; ++i) {
-        for (int c = 0; c < whole; ++c) sums[c] += std::max(0.F, voxels[c * cell + i]);
-    }
-    for (int x = whole * cell; x < count; ++x) sums[whole] += std::max(0.F, voxels[x]);
-}
-
 }  // namespace
 
-ObjectSample sample_object(const Volume& volume) {
-    const VoxelGrid& grid = volume.grid;
-    const int cell = std::max(1, (grid.size.maxCoeff() + kCells - 1) / kCells);
-    const Eigen::Vector3i cells = (grid.size.array() + cell - 1) / cell;
-    std::vector<double> sums(static_cast<std::size_t>(cells.prod()));
-    const float* voxels = volume.attenuation_per_mm.data();
-    for (int z = 0; z < grid.size.z(); ++z) {
-        for (int y = 0; y < grid.size.y(); ++y, voxels += grid.size.x()) {
-            const std::size_t row = (static_cast<std::size_t>(z / cell) * cells.y() + y / cell) * cells.x();
-            add_row(voxels, grid.size.x(), cell, &sums[row]);
-        }
-    }
-    double total = 0;
-    for (const double sum : sums) total += sum;
-    if (!(total > 0)) throw Error("volume: no voxel attenuates");
+ObjectSample sample_object(const Volume& volume) { return sample_object(volume_sums(volume), volume.grid); }
+
+ObjectSample sample_object(const VolumeSums& volume, const VoxelGrid& grid) {
+    const std::vector<double>& sums = volume.of_cells;
+    const Eigen::Vector3i& cells = volume.cells;
+    if (!(volume.attenuating > 0)) throw Error("volume: no voxel attenuates");
     ObjectSample sample;
     std::size_t i = 0;
     for (int z = 0; z < cells.z(); ++z) {
         for (int y = 0; y < cells.y(); ++y) {
             for (int x = 0; x < cells.x(); ++x, ++i) {
                 if (sums[i] == 0) continue;
-                const Eigen::Vector3d middle = (Eigen::Vector3d(x, y, z).array() + 0.5) * cell - 0.5;
+                const Eigen::Vector3d middle = (Eigen::Vector3d(x, y, z).array() + 0.5) * volume.cell - 0.5;
                 sample.points_ct_mm.push_back(
                     grid.ct_from_voxel(middle.cwiseMin((grid.size.array() - 1).cast<double>().matrix())));
-                sample.weights.push_back(sums[i] / total);
+                sample.weights.push_back(sums[i] / volume.attenuating);
             }
         }
     }

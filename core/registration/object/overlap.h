@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/registration/object/volume_sums.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/view.h"
 #include "raylign/volume.h"
@@ -17,6 +18,7 @@ struct ObjectSample {
 };
 /// Throws Error where no voxel attenuates.
 [[nodiscard]] ObjectSample sample_object(const Volume& volume);
+[[nodiscard]] ObjectSample sample_object(const VolumeSums& volume, const VoxelGrid& grid);
 
 /// True where the view shows the point on a pixel that counts.
 [[nodiscard]] bool is_seen(const View& view, const Eigen::Vector3d& point_world_mm);

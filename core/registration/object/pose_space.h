@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "core/registration/object/volume_sums.h"
 #include "raylign/rigid_transform.h"
 #include "raylign/volume.h"
 
@@ -15,6 +16,7 @@ struct ObjectExtent {
 };
 /// Throws Error where no voxel attenuates.
 [[nodiscard]] ObjectExtent object_extent(const Volume& volume);
+[[nodiscard]] ObjectExtent object_extent(const VolumeSums& sums, const VoxelGrid& grid);
 
 /// Six unitless parameters around a base pose: world_from_ct(x) = exp_about(twist(x), c) * base, where c is the
 /// object's centre in world under the base pose and twist(x) = (x_0..2 / radius, x_3..5). One unit moves the object by

@@ -1,6 +1,7 @@
 #include "core/registration/object/resident_volume.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/image/pyramid.h"
@@ -15,11 +16,13 @@ constexpr double kContinued_mm = 60;  // how far starts may be off
 
 ResidentVolume::ResidentVolume(const Volume& volume, const RenderSettings& render, Backend& backend)
     : volume_(volume), render_(render), backend_(backend) {
-    check_volume(volume, "the volume");
+    check_shape(volume, "the volume");
     check_render(render, volume.grid);
-    extent_ = object_extent(volume);
-    sample_ = sample_object(volume);
-    cut_faces_ = detail::cut_faces(volume);
+    const VolumeSums sums = volume_sums(volume);
+    if (!std::isfinite(sums.mass)) check_volume(volume, "the volume");  // says which voxel it is
+    extent_ = object_extent(sums, volume.grid);
+    sample_ = sample_object(sums, volume.grid);
+    cut_faces_ = detail::cut_faces(volume, sums);
 }
 
 const Volume& ResidentVolume::halved(int halvings) {

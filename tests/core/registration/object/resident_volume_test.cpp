@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "core/base/error.h"
 #include "core/image/pyramid.h"
 #include "core/registration/object/resident_volume.h"
 #include "core/registration/registration.h"
 #include "raylign/backends.h"
 #include "raylign/targets.h"
+#include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {
@@ -68,6 +71,12 @@ TEST(ResidentVolume, OtherRenderSettingsAndBadVolumesAreRefused) {
     Volume empty = s.volume;
     for (float& value : empty.attenuation_per_mm) value = 0;
     EXPECT_THROW(ResidentVolume(empty, {}, *s.choice.backend), Error);
+    Volume broken = s.volume;
+    broken.attenuation_per_mm[broken.index(3, 2, 1)] = std::numeric_limits<float>::quiet_NaN();
+    const std::string why = test::error_of([&] { (void)ResidentVolume(broken, {}, *s.choice.backend); });
+    EXPECT_NE(why.find("voxel (3, 2, 1)"), std::string::npos) << why;
+    broken.attenuation_per_mm.pop_back();
+    EXPECT_THROW(ResidentVolume(broken, {}, *s.choice.backend), Error);
 }
 
 }  // namespace
