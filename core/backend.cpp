@@ -192,6 +192,7 @@ void Session::set_weights(std::span<const Image> weights) {
     std::vector<Image> usable(weights.begin(), weights.end());
     for (std::size_t v = 0; v < usable.size(); ++v) apply_mask(usable[v], mask_weights_[v], v);
     for (std::size_t v = 0; v < usable.size(); ++v) fixed_[v].weights = std::move(usable[v]);
+    ++weight_changes_;
     weights_changed();
 }
 

@@ -103,6 +103,8 @@ public:
     /// the same for all poses compared. Throws Error for other sizes or values, or if fewer than 32 pixels
     /// remain.
     void set_weights(std::span<const Image> weights);
+    /// How often they were replaced: costs of one pose can differ where this does.
+    [[nodiscard]] std::uint64_t weight_changes() const { return weight_changes_; }
 
     /// The channels of one view that costs are made of: of the X-ray, with the weights in use, and of the DRR at a pose
     /// (the same filter, in core). Throws Error where the view has no image.
@@ -177,6 +179,7 @@ private:
     std::vector<double> ceilings_;     ///< View::ceiling
     std::vector<detail::FixedChannels> fixed_;
     std::vector<Image> mask_weights_;  ///< what fixed_ began with: set_weights cannot bring masked pixels back
+    std::uint64_t weight_changes_ = 0;
     int channel_count_;
 };
 

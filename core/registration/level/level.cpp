@@ -1,8 +1,8 @@
 #include "core/registration/level/level.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/image/pyramid.h"
@@ -76,10 +76,49 @@ void Level::close() {
     result.levels[index_] = std::move(report_);
 }
 
+Level::Known* Level::known(const RigidTransform& world_from_ct) {
+    if (known_weights_ != session_->weight_changes()) known_.clear();
+    known_weights_ = session_->weight_changes();
+    const auto found = std::ranges::find_if(known_, [&](const Known& k) {
+        return k.world_from_ct.rotation == world_from_ct.rotation &&
+               k.world_from_ct.translation_mm == world_from_ct.translation_mm;
+    });
+    return found == known_.end() ? nullptr : &*found;
+}
+
+std::vector<double> Level::view_costs(const RigidTransform& world_from_ct) {
+    if (const Known* found = known(world_from_ct)) return found->view_costs;
+    const std::vector<MomentSums> sums = session_->moment_sums({&world_from_ct, 1});
+    const auto channels = static_cast<std::size_t>(session_->channel_count());
+    std::vector<double> costs;
+    for (std::size_t v = 0; v < session_->view_count(); ++v) {
+        costs.push_back(view_cost({sums.data() + v * channels, channels}));
+    }
+    known_.push_back({world_from_ct, costs});
+    return costs;
+}
+
 double Level::cost(const RigidTransform& world_from_ct) {
+    const std::vector<double> costs = view_costs(world_from_ct);
     double cost = 0;
-    session_->evaluate({&world_from_ct, 1}, {&cost, 1});
+    for (std::size_t v = 0; v < costs.size(); ++v) cost += session_->view_share(v) * costs[v];
     return cost;
+}
+
+void Level::linearize(const RigidTransform& world_from_ct) {
+    if (known(world_from_ct)) return;
+    std::vector<Linearization> views(session_->view_count());
+    session_->linearize_views({&world_from_ct, 1}, run_.extent.centre_ct_mm, views);
+    remember(world_from_ct, std::move(views));
+}
+
+void Level::remember(const RigidTransform& world_from_ct, std::vector<Linearization> views) {
+    Known* place = known(world_from_ct);
+    if (!place) {
+        place = &known_.emplace_back(Known{world_from_ct, {}});
+        for (const Linearization& view : views) place->view_costs.push_back(view.cost);
+    }
+    place->views = std::move(views);
 }
 
 std::unique_ptr<Session> Level::cut_out(const RigidTransform& world_from_ct, std::span<const Image> images,
@@ -112,7 +151,7 @@ void Level::go_beyond_the_cut(bool goes_on) {
     if (is_continued_ == goes_on) return;
     count(*session_);
     is_continued_ = goes_on;
-    session_ = make_session();
+    renew_session();
 }
 
 void Level::show_up_to(double ceiling) {
@@ -122,8 +161,13 @@ void Level::show_up_to(double ceiling) {
         views_[v].ceiling = ceiling;
     }
     count(*session_);
-    session_ = make_session();
+    renew_session();
     session_->set_weights(weights);
+}
+
+void Level::renew_session() {
+    session_ = make_session();
+    known_.clear();
 }
 
 void Level::count(const Session& cut_out) {
@@ -144,22 +188,23 @@ LevelProblem Level::problem(const RigidTransform& start, bool finest, Session& s
 }
 
 void Level::take_the_better_start(bool may_restart) {
-    const std::array poses{run_.result.world_from_ct, run_.start};
-    std::array<double, 2> costs{};
-    session_->evaluate(poses, costs);
-    report_.restarted = may_restart && costs[1] < costs[0];
-    if (report_.restarted) run_.result.world_from_ct = run_.start;
-    report_.cost_initial = costs[report_.restarted ? 1 : 0];
+    RegistrationResult& result = run_.result;
+    if (result.method == Method::gauss_newton) linearize(result.world_from_ct);
+    report_.restarted = may_restart && cost(run_.start) < cost(result.world_from_ct);
+    if (report_.restarted) result.world_from_ct = run_.start;
+    report_.cost_initial = cost(result.world_from_ct);
 }
 
 LevelOutcome Level::solve(LevelProblem problem) {
     if (run_.is_hopeless) problem.max_iterations = std::min(problem.max_iterations, kSearchIterations);
+    if (Known* start = known(problem.start_world_from_ct)) problem.at_start = std::exchange(start->views, {});
     const auto on_step = [&](const OptimizerStep& step, const RigidTransform& pose) {
         record(step, pose);
         return true;
     };
     const LevelOutcome found = run_method(run_.result.method, problem, on_step);
     run_.result.world_from_ct = found.world_from_ct;
+    if (!found.views.empty()) remember(found.world_from_ct, found.views);
     report_.cost_final = found.cost;
     report_.iterations += found.iterations;
     report_.termination = found.termination;

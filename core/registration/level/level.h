@@ -30,6 +30,8 @@ public:
     [[nodiscard]] int index() const { return index_; }
     [[nodiscard]] LevelReport& report() { return report_; }
     [[nodiscard]] const LevelReport& report() const { return report_; }
+    /// Costs of a pose with the session's weights; what is known already is not evaluated again.
+    [[nodiscard]] std::vector<double> view_costs(const RigidTransform& world_from_ct);
     [[nodiscard]] double cost(const RigidTransform& world_from_ct);
     [[nodiscard]] LevelProblem problem(const RigidTransform& start, bool finest) {
         return problem(start, finest, *session_);
@@ -68,6 +70,7 @@ private:
     /// The level's views on its volume, as far as it goes, with its filter.
     [[nodiscard]] std::unique_ptr<Session> make_session();
     LevelOutcome solve(LevelProblem problem);
+    void renew_session();
     void record(const OptimizerStep& step, const RigidTransform& pose);
 
     Run& run_;
@@ -75,6 +78,20 @@ private:
     int index_;
     std::vector<View> views_;
     std::unique_ptr<Session> session_;
+    /// What is known of a pose with the weights in use.
+    struct Known {
+        RigidTransform world_from_ct;
+        std::vector<double> view_costs;
+        std::vector<Linearization> views{};  ///< empty: not linearized, or no longer of use
+    };
+    /// Null where nothing is. What was known with other weights is forgotten.
+    [[nodiscard]] Known* known(const RigidTransform& world_from_ct);
+    void remember(const RigidTransform& world_from_ct, std::vector<Linearization> views);
+    /// So that the method, which begins there, need not.
+    void linearize(const RigidTransform& world_from_ct);
+
+    std::vector<Known> known_;
+    std::uint64_t known_weights_ = 0;  ///< Session::weight_changes of known_
     bool is_continued_ = false;
     SessionCounters counters_;  ///< of sessions cut from this level
     LevelReport report_;

@@ -94,22 +94,26 @@ LevenbergMarquardtOptions gauss_newton_options(const LevelProblem& problem) {
 /// One search on the manifold of poses: parameters are millimetres at the rim, around a base that moves.
 struct PoseSearch {
     RigidTransform base;
-    std::optional<LevenbergMarquardtSearch> search;  ///< once the base is linearized
+    std::optional<LevenbergMarquardtSearch> search{};  ///< once the base is linearized
+    std::vector<Linearization> views{};                ///< at the base, then
 
     [[nodiscard]] RigidTransform next(const ObjectExtent& extent) const {
         return search ? make_pose_space(base, extent).pose(search->step()) : base;
     }
     /// True if the base moved.
-    bool take(const Linearization& at, const RigidTransform& pose, const LevelProblem& problem) {
+    bool take(std::vector<Linearization> there, const RigidTransform& pose, const LevelProblem& problem) {
+        const Linearization at = sum_of_views(problem.session, there);
         const Eigen::VectorXd scale = twist_per_parameter(problem.extent);
         LocalModel model{at.cost, scale.cwiseProduct(Eigen::VectorXd(at.gradient)),
                          scale.asDiagonal() * at.curvature * scale.asDiagonal()};
         if (!search) {
             search.emplace(std::move(model), gauss_newton_options(problem));
+            views = std::move(there);
             return false;
         }
         if (!search->take(std::move(model))) return false;
         base = pose;
+        views = std::move(there);
         return true;
     }
     [[nodiscard]] bool done() const { return search && search->done(); }
@@ -117,6 +121,7 @@ struct PoseSearch {
         const LevenbergMarquardtResult& found = search->result();
         return {.world_from_ct = base,
                 .cost = found.model.cost,
+                .views = views,
                 .iterations = found.iterations,
                 .last_step_mm = search->last_length() > 0 ? search->last_length() : problem.initial_step_mm,
                 .termination = found.termination};
@@ -134,11 +139,14 @@ void run_searches(std::vector<PoseSearch>& searches, const LevelProblem& problem
             poses.push_back(s.next(problem.extent));
         }
         if (moving.empty()) return;
-        std::vector<Linearization> at(poses.size());
+        const std::size_t views = problem.session.view_count();
+        std::vector<Linearization> at(poses.size() * views);
         problem.before_batch();
-        problem.session.linearize(poses, problem.extent.centre_ct_mm, at);
+        problem.session.linearize_views(poses, problem.extent.centre_ct_mm, at);
         for (std::size_t i = 0; i < moving.size(); ++i) {
-            if (!moving[i]->take(at[i], poses[i], problem) || !on_step) continue;
+            const auto first = at.begin() + static_cast<std::ptrdiff_t>(i * views);
+            std::vector<Linearization> there(first, first + static_cast<std::ptrdiff_t>(views));
+            if (!moving[i]->take(std::move(there), poses[i], problem) || !on_step) continue;
             const LevenbergMarquardtSearch& search = *moving[i]->search;
             const LevenbergMarquardtResult& now = search.result();
             if (!on_step({now.iterations, now.model.cost, search.last_length()}, poses[i])) {
@@ -150,15 +158,26 @@ void run_searches(std::vector<PoseSearch>& searches, const LevelProblem& problem
 
 }  // namespace
 
+Linearization sum_of_views(const Session& session, std::span<const Linearization> views) {
+    Linearization sum;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        const double share = session.view_share(v);
+        sum += {share * views[v].cost, share * views[v].gradient, share * views[v].curvature};
+    }
+    return sum;
+}
+
 LevelOutcome run_gauss_newton(const LevelProblem& problem, const PoseCallback& on_step) {
-    std::vector<PoseSearch> searches{{problem.start_world_from_ct, {}}};
+    std::vector<PoseSearch> searches(1);
+    searches.front().base = problem.start_world_from_ct;
+    if (!problem.at_start.empty()) searches.front().take(problem.at_start, problem.start_world_from_ct, problem);
     run_searches(searches, problem, on_step);
     return searches.front().outcome(problem);
 }
 
 std::vector<LevelOutcome> run_gauss_newton_batch(const LevelProblem& problem, std::span<const RigidTransform> starts) {
     std::vector<PoseSearch> searches;
-    for (const RigidTransform& start : starts) searches.push_back({start, {}});
+    for (const RigidTransform& start : starts) searches.push_back({.base = start});
     run_searches(searches, problem, {});
     std::vector<LevelOutcome> outcomes;
     for (const PoseSearch& s : searches) outcomes.push_back(s.outcome(problem));

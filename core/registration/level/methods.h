@@ -22,17 +22,22 @@ struct LevelProblem {
     double step_tolerance_mm;
     double cost_tolerance;  ///< gauss-newton also ends where its model promises less
     int max_iterations;
-    std::function<void()> before_batch;  ///< called before the backend works; may throw to stop
-    bool learns = false;                 ///< gauss-newton: see LevenbergMarquardtOptions
+    std::function<void()> before_batch;     ///< called before the backend works; may throw to stop
+    bool learns = false;                    ///< gauss-newton: see LevenbergMarquardtOptions
+    std::vector<Linearization> at_start{};  ///< gauss-newton: views linearized at the start already; empty: not yet
 };
 
 struct LevelOutcome {
     RigidTransform world_from_ct;
     double cost = 0;
+    std::vector<Linearization> views{};  ///< gauss-newton: there; else empty
     int iterations = 0;
     double last_step_mm = 0;
     Termination termination = Termination::converged;
 };
+
+/// The sum of a pose's views, each with its share in the cost.
+[[nodiscard]] Linearization sum_of_views(const Session& session, std::span<const Linearization> views);
 
 /// Called after each accepted step with its pose; returns false to stop.
 using PoseCallback = std::function<bool(const OptimizerStep&, const RigidTransform& world_from_ct)>;

@@ -38,21 +38,11 @@ std::vector<Image> make_robust(Run& run, Level& level, bool finest) {
     return weights.robust();
 }
 
-std::vector<double> costs_of_views(Session& session, const RigidTransform& world_from_ct) {
-    const std::vector<MomentSums> sums = session.moment_sums({&world_from_ct, 1});
-    const auto channels = static_cast<std::size_t>(session.channel_count());
-    std::vector<double> costs;
-    for (std::size_t v = 0; v < session.view_count(); ++v) {
-        costs.push_back(view_cost({sums.data() + v * channels, channels}));
-    }
-    return costs;
-}
-
 }  // namespace
 
 void explained_on(Run& run, Level& level) {
     run.explained_cost = level.report().cost_final;
-    run.explained_view_costs = costs_of_views(level.session(), run.result.world_from_ct);
+    run.explained_view_costs = level.view_costs(run.result.world_from_ct);
 }
 
 namespace {
@@ -63,12 +53,9 @@ Eigen::Vector3d line_of_sight_mm(const Run& run) {
     return centre_mm - source_world_mm(run.views.front().geometry);
 }
 
-std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level, std::span<const Image> robust = {}) {
+std::vector<ViewSums> sums_at_the_pose(Run& run, Level& level, const SeventhDerivative& seventh = {},
+                                       std::span<const Image> robust = {}) {
     const LevelProblem problem = level.problem(run.result.world_from_ct, false);
-    SeventhDerivative seventh;
-    if (run.options.compare_views && run.views.size() > 1 && run.result.content == Content::whole) {
-        seventh = by_magnification(level.views());
-    }
     return pose_sums(level.session(), run.result.world_from_ct, run.extent.centre_ct_mm, problem.before_batch, seventh,
                      robust);
 }
@@ -107,7 +94,7 @@ constexpr double kLeftOfFit = 0.5;  // of what fitting the contrast moved may be
 void estimate_error_of_part(Run& run, Level& level, std::span<const Image> robust, const Twist& fitted) {
     Confidence& confidence = run.result.confidence;
     const std::vector<double> shares = shares_of(level.session());
-    const std::vector<ViewSums> sums = sums_at_the_pose(run, level, robust);
+    const std::vector<ViewSums> sums = sums_at_the_pose(run, level, {}, robust);
     const double radius_mm = run.extent.radius_mm;
     confidence = jackknife(sums, shares, radius_mm, kCalibration_part, true);
     add_model_error(confidence, model_shifts(sums, shares, run.result.cost_final), radius_mm);
@@ -121,19 +108,22 @@ void estimate_error_of_part(Run& run, Level& level, std::span<const Image> robus
 void estimate_error_of_whole(Run& run, Level& level, Level* coarser, double calibration) {
     RegistrationResult& result = run.result;
     const std::vector<double> shares = shares_of(level.session());
-    const std::vector<ViewSums> sums = sums_at_the_pose(run, level);
-    const std::vector<ViewSums> coarse_sums = coarser ? sums_at_the_pose(run, *coarser) : sums;
+    Level& steps = coarser ? *coarser : level;
+    const bool compares = run.options.compare_views && run.views.size() > 1;
+    const SeventhDerivative seventh = compares ? by_magnification(steps.views()) : SeventhDerivative{};
+    const std::vector<ViewSums> coarse_sums = sums_at_the_pose(run, steps, seventh);
+    const std::vector<ViewSums> sums = coarser ? sums_at_the_pose(run, level) : coarse_sums;
     result.confidence = jackknife(coarse_sums, shares, run.extent.radius_mm, calibration);
     add_model_error(result.confidence, model_shifts(sums, shares, result.cost_final), run.extent.radius_mm);
     if (run.views.size() == 1) add_depth(run);
-    if (!run.options.compare_views || run.views.size() < 2) return;
+    if (!compares) return;
     run.magnification = magnification(coarse_sums, shares, calibration);
     if (run.magnification && !run.shows_the_cut.value_or(true)) {
         run.magnification->sigma = std::hypot(run.magnification->sigma, kCutMagnification);
     }
     const EvidenceScale scale =
         evidence_scale(calibration, resolved_mm(level.plan().pixel_at_object_mm, level.report().spacing_mm));
-    compare_the_views(run, coarser ? *coarser : level, coarse_sums, shares, scale);
+    compare_the_views(run, steps, coarse_sums, shares, scale);
 }
 
 /// With one view depth is size, and size is told by the edges, which contrast that is compressed moves outwards.
@@ -151,7 +141,7 @@ void finish(Run& run, Level& level, Level* coarser) {
     if (is_robust) robust = make_robust(run, level, true);
     const Twist fitted = fitted_contrast(run, level);
     result.cost_initial = level.cost(run.start);
-    result.fine_view_costs = costs_of_views(level.session(), result.world_from_ct);
+    result.fine_view_costs = level.view_costs(result.world_from_ct);
     // Noise alone raises the cost of a fine filter. A part is judged by the weights that tell it from its surroundings.
     const bool is_whole = result.content == Content::whole;
     result.view_costs = is_whole ? run.explained_view_costs : result.fine_view_costs;
@@ -224,7 +214,7 @@ void finish_near(Run& run, Level& level) {
     }
     const Twist fitted = fitted_contrast(run, level);
     result.cost_initial = level.cost(run.start);
-    result.fine_view_costs = result.view_costs = costs_of_views(level.session(), result.world_from_ct);
+    result.fine_view_costs = result.view_costs = level.view_costs(result.world_from_ct);
     result.cost_final = level.report().cost_final;
     estimate_error_of_part(run, level, weights.robust(), fitted);
 }

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -64,6 +65,23 @@ TEST(Registration, TheSameInputGivesTheSameBits) {
     EXPECT_EQ(to_matrix(a.world_from_ct), to_matrix(b.world_from_ct));
     EXPECT_EQ(a.cost_final, b.cost_final);
     EXPECT_EQ(a.counters.evaluations, b.counters.evaluations);
+}
+
+TEST(Registration, EvaluatesNoPoseTwiceOnALevel) {
+    SmallCase c;
+    c.views = test::with_exact_images(test::biplane_views(64), spine_phantom({160, 160, 160}), c.truth);
+    const RigidTransform start = perturbed_start(c.truth, c.targets, 6, 3);
+    const RegistrationResult result = c.run(start, {.robust = false, .look_around = false, .compare_views = false});
+    ASSERT_EQ(result.levels.size(), 2u);
+    EXPECT_EQ(result.counters.evaluations, 4u) << "the start on either level, twice about its cut sides on the first";
+    const auto session = c.choice.backend->prepare({c.volume, c.views, {}, {}});
+    double cost = 0;
+    session->evaluate({&start, 1}, {&cost, 1});
+    EXPECT_NEAR(result.cost_initial, cost, 1e-12) << "what is remembered is what it was";
+    const std::array<double, 2> ends{result.view_costs.at(0), result.view_costs.at(1)};
+    EXPECT_NEAR((ends[0] + ends[1]) / 2, result.cost_final, 1e-12);
+    session->evaluate({&result.world_from_ct, 1}, {&cost, 1});
+    EXPECT_NEAR(result.cost_final, cost, 1e-12);
 }
 
 TEST(Registration, ReportsEveryLevelAndStep) {
