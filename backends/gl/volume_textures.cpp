@@ -28,6 +28,16 @@ std::string size_text(const Eigen::Vector3i& size) {
     return std::to_string(size.x()) + " x " + std::to_string(size.y()) + " x " + std::to_string(size.z());
 }
 
+/// A row of texels from voxels `stride` apart.
+template <class Texel, class Convert>
+void copy_row(const float* voxels, std::ptrdiff_t stride, int count, Texel* out, const Convert& convert) {
+    if (stride == 1) {  // by itself, so that compilers make vectors of it
+        for (int c = 0; c < count; ++c) out[c] = convert(voxels[c]);
+    } else {
+        for (int c = 0; c < count; ++c) out[c] = convert(voxels[c * stride]);
+    }
+}
+
 GLenum target_of(Layout layout) { return layout == Layout::box ? GL_TEXTURE_3D : GL_TEXTURE_2D_ARRAY; }
 
 }  // namespace
@@ -64,8 +74,9 @@ VolumeTextures::VolumeTextures(Context& context, const Volume& volume, const Vox
                                Layout first)
     : context_(context), box_(box), storage_(storage) {
     if (storage_ == Storage::int16) {
-        const auto [low, high] = std::ranges::minmax(volume.attenuation_per_mm);
-        scale_ = int16_scale(low, high);
+        const auto voxels = static_cast<Eigen::Index>(volume.attenuation_per_mm.size());
+        const Eigen::Map<const Eigen::ArrayXf> all(volume.attenuation_per_mm.data(), voxels);
+        scale_ = int16_scale(all.minCoeff(), all.maxCoeff());
     }
     allocate(first);
     upload(volume, first);
@@ -123,26 +134,30 @@ void VolumeTextures::upload(const Volume& volume, Layout layout) {
     const Eigen::Vector3i n = texels(layout);
     const std::size_t layer_voxels = static_cast<std::size_t>(n.x()) * n.y();
     const int slab = static_cast<int>(std::clamp<std::size_t>(kUploadVoxels / layer_voxels, 1, n.z()));
-    std::vector<float> floats(layer_voxels * slab);
-    std::vector<std::uint16_t> ints(storage_ == Storage::int16 ? floats.size() : 0);
+    const bool as_ints = storage_ == Storage::int16;
+    const std::size_t slab_voxels = layer_voxels * static_cast<std::size_t>(slab);
+    std::vector<float> floats(as_ints ? 0 : slab_voxels);
+    std::vector<std::uint16_t> ints(as_ints ? slab_voxels : 0);
     const double per_unit = kMostInt16 / scale_.scale_per_mm, offset = kMostInt16 * scale_.zero + 0.5;
+    const auto to_int = [=](float voxel) {  // by way of int: one instruction takes several
+        return static_cast<std::uint16_t>(static_cast<int>(voxel * per_unit + offset));
+    };
+    const auto to_float = [](float voxel) { return voxel; };
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (int first = 0; first < n.z(); first += slab) {
         const int layers = std::min(slab, n.z() - first);
-        float* out = floats.data();
+        std::size_t row = 0;
         for (int l = first; l < first + layers; ++l) {
-            for (int r = 0; r < n.y(); ++r) {
+            for (int r = 0; r < n.y(); ++r, row += n.x()) {
                 Eigen::Vector3i voxel = box_.first;
                 voxel[axes[1]] += r;
                 voxel[axes[2]] += l;
                 const float* in = volume.attenuation_per_mm.data() + volume.index(voxel.x(), voxel.y(), voxel.z());
                 const std::ptrdiff_t stride = axes[0] == 0 ? 1 : volume.grid.size.x();  // columns are x or y
-                for (int c = 0; c < n.x(); ++c, in += stride) *out++ = *in;
+                if (as_ints) copy_row(in, stride, n.x(), &ints[row], to_int);
+                if (!as_ints) copy_row(in, stride, n.x(), &floats[row], to_float);
             }
         }
-        for (std::size_t i = 0; i < ints.size(); ++i)
-            ints[i] = static_cast<std::uint16_t>(floats[i] * per_unit + offset);
-        const bool as_ints = storage_ == Storage::int16;
         gl.TextureSubImage3D(textures_[static_cast<int>(layout)].id(), 0, 0, 0, first, n.x(), n.y(), layers, GL_RED,
                              as_ints ? GL_UNSIGNED_SHORT : GL_FLOAT,
                              as_ints ? static_cast<const void*>(ints.data()) : floats.data());
