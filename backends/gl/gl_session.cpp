@@ -1,8 +1,11 @@
 #include "backends/gl/gl_session.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <future>
+#include <thread>
 #include <type_traits>
 #include <utility>
 
@@ -87,6 +90,19 @@ void PipelineSession<AnyPipeline>::timed(const Work& work) {
     timing_.gradient_s += stages[1];
     timing_.reduction_s += stages[2];
     timing_.transfer_s += std::max(seconds_since(start) - device_s, 0.0);
+}
+
+template <class AnyPipeline>
+void PipelineSession<AnyPipeline>::for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) {
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&] {
+        for (std::size_t i = next++; i < count; i = next++) turn(i);
+    };
+    const std::size_t threads = std::min<std::size_t>(count, std::thread::hardware_concurrency());
+    std::vector<std::future<void>> others;  // wait for their ends, also where a turn throws
+    for (std::size_t i = 1; i < threads; ++i) others.push_back(std::async(std::launch::async, work));
+    work();
+    for (std::future<void>& other : others) other.get();
 }
 
 template <class AnyPipeline>

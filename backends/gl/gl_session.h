@@ -26,6 +26,8 @@ public:
                                                       const Similarity& similarity) override {
         return std::make_unique<PipelineSession>(*this, views, similarity);
     }
+    /// On threads of its own: while the host works, the device waits, and nothing else does.
+    void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) override;
 
 protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override;

@@ -67,6 +67,19 @@ TEST_P(BackendContract, EvaluatingTwiceGivesTheSameBits) {
     EXPECT_EQ(session->render(truth_, 0).pixels, session->render(truth_, 0).pixels);
 }
 
+TEST_P(BackendContract, TakesEachTurnOfWorkBesideTheRenderingOnce) {
+    const auto session = prepare();
+    for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{1000}}) {
+        std::vector<int> taken(count);
+        session->for_each_index(count, [&](std::size_t i) { ++taken[i]; });
+        EXPECT_EQ(taken, std::vector<int>(count, 1));
+    }
+    const auto throws_at_7 = [](std::size_t i) {
+        if (i == 7) throw Error("turn 7");
+    };
+    EXPECT_EQ(test::error_of([&] { session->for_each_index(20, throws_at_7); }), "turn 7");
+}
+
 TEST_P(BackendContract, TwoSessionsLiveAtOnceAndOneOutlivesTheOther) {
     auto first = prepare();
     const auto alone = costs(*first, poses(2));
