@@ -66,8 +66,9 @@ Volume half_resolution(const Volume& volume) {
 }
 
 View half_resolution(const View& view) {
-    View half{view.name, {half_resolution(view.geometry.camera), view.geometry.camera_from_world}, {}, {}};
-    half.ceiling = view.ceiling;
+    const ViewGeometry geometry{half_resolution(view.geometry.camera), view.geometry.camera_from_world};
+    View half{view.name, geometry, {}, {}, view.cost_weight, view.ceiling, view.by_transmission};
+    if (view.image.empty() && view.weights.empty()) return half;
     const int width = half.geometry.camera.size_px.x(), height = half.geometry.camera.size_px.y();
     if (!view.image.empty()) half.image = Image(width, height);
     if (!view.weights.empty()) half.weights = Image(width, height);
@@ -85,6 +86,13 @@ View half_resolution(const View& view) {
             if (!half.weights.empty()) half.weights(x, y) = static_cast<float>(weight_sum / 4);
         }
     }
+    return half;
+}
+
+View halved(const View& view, int times) {
+    if (times <= 0) return view;
+    View half = half_resolution(view);
+    for (int i = 1; i < times; ++i) half = half_resolution(half);
     return half;
 }
 

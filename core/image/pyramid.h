@@ -11,7 +11,10 @@ namespace raylign::detail {
 [[nodiscard]] Volume half_resolution(const Volume& volume);
 
 /// Averages 2x2 pixels weighted by their weights; a last odd row or column is dropped. The camera follows
-/// (half_resolution of Camera). The new weight is the mean of the four.
+/// (half_resolution of Camera). The new weight is the mean of the four; what else the view is compared by stays.
 [[nodiscard]] View half_resolution(const View& view);
+
+/// The same, so many times.
+[[nodiscard]] View halved(const View& view, int times);
 
 }  // namespace raylign::detail

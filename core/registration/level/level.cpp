@@ -50,8 +50,7 @@ Level::Level(Run& run, const LevelPlan& plan, Content content, const std::option
 
 void Level::make_views(const std::optional<Focus>& focus) {
     for (std::size_t v = 0; v < run_.views.size(); ++v) {
-        View view = run_.views[v];
-        for (int i = 0; i < plan_.image_halvings[v]; ++i) view = half_resolution(view);
+        View view = halved(run_.views[v], plan_.image_halvings[v]);
         if (focus) {
             const int margin_px = static_cast<int>(std::ceil(focus->margin_mm / plan_.pixel_at_object_mm)) +
                                   2 * plan_.filter.radius_px + 1;

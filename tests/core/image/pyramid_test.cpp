@@ -132,6 +132,25 @@ TEST(ViewPyramid, AMaskedNanDoesNotSpread) {
     EXPECT_NEAR(half.image(0, 0), (fine.image(0, 0) + fine.image(0, 1) + fine.image(1, 1)) / 3, 1e-6);
 }
 
+TEST(ViewPyramid, KeepsWhatAViewIsComparedBy) {
+    View fine = random_view(8, 6);
+    fine.cost_weight = 3;
+    fine.ceiling = 2;
+    fine.by_transmission = true;
+    const View half = half_resolution(fine);
+    EXPECT_EQ(half.cost_weight, 3);
+    EXPECT_EQ(half.ceiling, 2);
+    EXPECT_TRUE(half.by_transmission);
+}
+
+TEST(ViewPyramid, HalvesSoManyTimes) {
+    const View fine = random_view(9, 8);
+    EXPECT_EQ(halved(fine, 0).image.pixels, fine.image.pixels);
+    const View twice = halved(fine, 2), one_by_one = half_resolution(half_resolution(fine));
+    EXPECT_EQ(twice.image.pixels, one_by_one.image.pixels);
+    EXPECT_EQ(twice.geometry.camera.size_px, Eigen::Vector2i(2, 2));
+}
+
 TEST(ViewPyramid, WithoutAnImageHalvesTheCamera) {
     View fine = random_view(8, 6);
     fine.image = {};
