@@ -126,7 +126,9 @@ void follow_both(const GaitSettings& settings, Record& record) {
         shared_s = processor_s() - shared_s;
         for (std::size_t b = 0; b < bones.size(); ++b) {
             const double between = processor_s();
-            const TrackFrame found = trackers[b].feed(frames.number, company.remainder(instant.views, b));
+            const TrackFrame found = trackers[b].feed(frames.number, [&](std::optional<int> coarser_by) {
+                return company.remainder(instant.views, b, coarser_by);
+            });
             prospects[b].remember(found);
             bones[b].tally.read_s.push_back(read_s);
             bones[b].tally.seconds.push_back(processor_s() - between + shared_s / static_cast<double>(bones.size()));
@@ -166,7 +168,8 @@ FramesOfBones follow_in_one_view(const GaitSettings& settings, std::deque<Follow
         if (settings.is_together) company.meet(first, expected, {});
         auto& found = all.emplace_back();
         for (std::size_t b = 0; b < kBones.size(); ++b) {
-            found[b] = trackers[b].feed(frames.number, company.remainder(first, b));
+            found[b] = trackers[b].feed(
+                frames.number, [&](std::optional<int> coarser_by) { return company.remainder(first, b, coarser_by); });
             prospects[b].remember(found[b]);
         }
     }

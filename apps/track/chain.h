@@ -19,7 +19,7 @@ enum class Direction { forwards, backwards };
 /// A frame as one object's tracker is shown it.
 struct Sight {
     std::string gap;  ///< why there are no images; "" = there are
-    std::vector<View> views;
+    ViewsFor views;
 };
 
 /// Frames of one object in turn from a key frame: a tracker, and the rows of the journal that it need not find again.

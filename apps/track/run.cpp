@@ -264,10 +264,13 @@ private:
     /// The frame as it is, or less what the other objects show.
     Sight look(std::size_t at, std::size_t object, const std::vector<Expectation>& expected) {
         const Instant& instant = reader_.read(at);
-        if (!company_ || !instant.gap.empty()) return {instant.gap, instant.views};
+        if (!instant.gap.empty()) return {instant.gap, {}};
+        if (!company_) return {"", [&](std::optional<int>) { return instant.views; }};
         if (!has_met_) company_->meet(instant.views, expected, control_);
         has_met_ = true;
-        return {"", company_->remainder(instant.views, object)};
+        return {"", [this, &instant, object](std::optional<int> coarser_by) {
+                    return company_->remainder(instant.views, object, coarser_by);
+                }};
     }
 
     TrackFrame step(Chain& chain, std::size_t at, std::size_t object, const std::vector<Expectation>& expected) {

@@ -10,8 +10,9 @@
 namespace raylign::detail {
 namespace {
 
-constexpr int kSure = 2;         // frames that tell a velocity
-constexpr int kCoarserBy = 1;    // as the quick way of one object begins
+constexpr int kSure = 2;  // frames that tell a velocity
+// Coarser than the quick way of one object by one: what others hide needs no more, and each is then found by itself.
+constexpr int kCoarserBy = 2;
 constexpr double kApart_mm = 5;  // shadows nearer than this are in one another's filters
 
 bool do_meet(const PixelBox& a, const PixelBox& b) {
@@ -124,11 +125,16 @@ void Company::put_together(std::span<const View> views, std::span<const Expectat
     } else {
         descend_together(scene);
     }
-    shown_ = std::move(scene.shown);
+    world_from_ct_ = scene.world_from_ct;
+    gains_ = scene.shown.gains;
+    const Fineness in_full{0, std::vector<int>(views.size(), 0)};
+    for (std::size_t m = 0; m < scene.shown.drrs.size(); ++m) drawings_[{m, in_full}] = std::move(scene.shown.drrs[m]);
 }
 
 void Company::meet(std::span<const View> views, std::span<const Expectation> expected, const RunControl& control) {
-    shown_ = {};
+    drawings_.clear();
+    expected_.clear();
+    for (const Expectation& object : expected) expected_.push_back(object.world_from_ct);
     members_ = who_meet(views, expected);
     if (members_.empty()) return;
     try {
@@ -139,12 +145,34 @@ void Company::meet(std::span<const View> views, std::span<const Expectation> exp
     }
 }
 
-std::vector<View> Company::remainder(std::span<const View> views, std::size_t object) const {
+std::vector<LevelPlan> Company::levels(std::span<const View> views, std::size_t object) const {
+    const ResidentVolume& volume = volumes_[object];
+    return plan_levels(volume.volume(), bare(views), expected_[object], volume.extent(),
+                       options_.registration.similarity.filter, options_.registration.levels);
+}
+
+const std::vector<Image>& Company::drawing(std::span<const View> views, std::size_t member, const Fineness& fineness) {
+    std::vector<Image>& drrs = drawings_[{member, fineness}];
+    if (drrs.empty()) drrs = drawn(volumes_[members_[member]], world_from_ct_[member], views, fineness);
+    return drrs;
+}
+
+std::vector<View> Company::remainder(std::span<const View> views, std::size_t object, std::optional<int> coarser_by) {
     if (members_.empty()) return {views.begin(), views.end()};
     const auto found = std::ranges::find(members_, object);
     std::optional<std::size_t> kept;
     if (found != members_.end()) kept = static_cast<std::size_t>(found - members_.begin());
-    return detail::remainder(views, shown_, kept);
+    LevelPlan level;
+    level.image_halvings.assign(views.size(), 0);
+    if (coarser_by) level = coarser(levels(views, object), *coarser_by);
+    Shown shown{{}, gains_, level.image_halvings};
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+        shown.drrs.emplace_back();
+        if (m == kept) continue;
+        const int voxels = coarser_by ? volume_halvings_like(levels(views, members_[m]), level) : 0;
+        shown.drrs.back() = drawing(views, m, {voxels, level.image_halvings});
+    }
+    return detail::remainder(views, shown, kept);
 }
 
 }  // namespace raylign::detail

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "core/registration/level/plan.h"
 #include "core/registration/object/resident_volume.h"
 #include "core/registration/scene/remainder.h"
 #include "raylign/tracking.h"
@@ -50,8 +53,10 @@ public:
     /// Puts the objects of a frame together. `expected`: one per object.
     void meet(std::span<const View> views, std::span<const Expectation> expected, const RunControl& control);
 
-    /// The frame's X-rays less what the others show; as they are where no other was put anywhere.
-    [[nodiscard]] std::vector<View> remainder(std::span<const View> views, std::size_t object) const;
+    /// The frame's X-rays less what the others show; as they are where no other was put anywhere. `coarser_by`: as for
+    /// ViewsFor; the others are drawn no finer than the object is looked at.
+    [[nodiscard]] std::vector<View> remainder(std::span<const View> views, std::size_t object,
+                                              std::optional<int> coarser_by = std::nullopt);
 
 private:
     [[nodiscard]] std::vector<std::size_t> who_meet(std::span<const View> views,
@@ -60,10 +65,17 @@ private:
     [[nodiscard]] std::vector<RigidTransform> begun(std::span<const View> views, std::span<const Expectation> expected,
                                                     const RunControl& control);
 
+    [[nodiscard]] std::vector<LevelPlan> levels(std::span<const View> views, std::size_t object) const;
+    [[nodiscard]] const std::vector<Image>& drawing(std::span<const View> views, std::size_t member,
+                                                    const Fineness& fineness);
+
     TrackOptions options_;
     std::deque<ResidentVolume> volumes_;
-    std::vector<std::size_t> members_;  ///< of the last frame
-    Shown shown_;                       ///< per member
+    std::vector<RigidTransform> expected_;                                     ///< per object, in the last frame
+    std::vector<std::size_t> members_;                                         ///< of that frame
+    std::vector<RigidTransform> world_from_ct_;                                ///< per member: where it was put
+    std::vector<double> gains_;                                                ///< per view, as Shown has them
+    std::map<std::pair<std::size_t, Fineness>, std::vector<Image>> drawings_;  ///< of members, once they were asked for
 };
 
 }  // namespace raylign::detail

@@ -14,6 +14,7 @@
 #include "core/tracking/attempt.h"
 #include "core/tracking/depth_prior.h"
 #include "core/tracking/extrapolation.h"
+#include "core/tracking/frame_views.h"
 #include "core/tracking/quick_way.h"
 
 namespace raylign {
@@ -57,6 +58,7 @@ struct Tracker::State {
     void widen(Confidence& expected, std::span<const View> views, const RigidTransform& world_from_ct) const;
     void compare_jump(Attempt& made, const TrackFrame& so_far) const;
     [[nodiscard]] RegistrationOptions first_options() const;
+    [[nodiscard]] TrackFrame find(int frame, FrameViews& views, const RunControl& control);
     void search_wider(Attempt& best, TrackFrame& found, std::span<const View> views, const RunControl& control);
     void hold_depth(Attempt& best, int frame, std::span<const View> views) const;
     void judge(const Attempt& best, TrackFrame& found) const;
@@ -295,31 +297,41 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 RigidTransform Tracker::predicted(int frame) const { return state_->predicted(frame); }
 
-TrackFrame Tracker::feed(int frame, std::span<const View> views, const RunControl& control) {
-    State& state = *state_;
-    state.check_number(frame);
+TrackFrame Tracker::State::find(int frame, FrameViews& views, const RunControl& control) {
+    check_number(frame);
     const auto begin = std::chrono::steady_clock::now();
-    TrackFrame found{.frame = frame, .predicted_world_from_ct = state.predicted(frame)};
+    TrackFrame found{.frame = frame, .predicted_world_from_ct = predicted(frame)};
     std::optional<Attempt> quick;
-    if (state.may_go_quickly(frame)) quick = state.quick_attempt(found, views, control);
+    if (may_go_quickly(frame)) quick = quick_attempt(found, views.coarser(quick_.coarser_by()), control);
     if (quick && !quick->believed()) quick.reset();
     if (quick) found.quick_view_costs = quick->result.view_costs;
-    found.quick = quick && state.quick_.is_confirmed();
-    Attempt best = found.quick ? *quick : state.attempt(state.first_options(), found, views, control);
+    found.quick = quick && quick_.is_confirmed();
+    const std::span<const View> seen = found.quick ? views.coarser(quick_.coarser_by()) : views.in_full();
+    Attempt best = found.quick ? *quick : attempt(first_options(), found, seen, control);
     if (best.has_result) found.searched = best.result.search.mode;
-    if (!best.believed()) state.search_wider(best, found, views, control);
-    if (quick && !found.quick) found.quick_agrees = best.believed() && state.are_alike(*quick, best, views);
-    if (found.quick_agrees) found.quick_error_ratio = state.error_ratio(*quick, best);
-    if (found.quick) state.widen(best.result.confidence, views, best.result.world_from_ct);
-    state.hold_depth(best, frame, views);
-    state.judge(best, found);
+    if (!best.believed()) search_wider(best, found, seen, control);
+    if (quick && !found.quick) found.quick_agrees = best.believed() && are_alike(*quick, best, seen);
+    if (found.quick_agrees) found.quick_error_ratio = error_ratio(*quick, best);
+    if (found.quick) widen(best.result.confidence, seen, best.result.world_from_ct);
+    hold_depth(best, frame, seen);
+    judge(best, found);
     if (control.stop.stop_requested()) {
         found.status = TrackStatus::stopped;
     } else {
-        state.remember(found);
+        remember(found);
     }
     found.time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return found;
+}
+
+TrackFrame Tracker::feed(int frame, std::span<const View> views, const RunControl& control) {
+    FrameViews given(views);
+    return state_->find(frame, given, control);
+}
+
+TrackFrame Tracker::feed(int frame, const ViewsFor& views, const RunControl& control) {
+    FrameViews made(views);
+    return state_->find(frame, made, control);
 }
 
 void Tracker::recall(const TrackFrame& frame) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -66,6 +67,11 @@ struct TrackFrame {
     double time_s = 0;
 };
 
+/// A frame's views, made when they are needed: `coarser_by` none: as they are; else for the quick way, whose one level
+/// is that much coarser than the finest that the prediction calls for (less where there are no such levels): whatever
+/// is finer than its pixels goes unseen. Each call gives the same X-rays, as finely as they will be looked at.
+using ViewsFor = std::function<std::vector<View>(std::optional<int> coarser_by)>;
+
 /// Follows one object through frames that come one at a time, in order.
 ///
 /// Each frame starts from where the last tracked ones point to and is registered without a search. It is not believed
@@ -97,6 +103,7 @@ public:
     /// the caller stops it, the frame's status is stopped and the tracker is as before: the same frame may be fed
     /// again.
     TrackFrame feed(int frame, std::span<const View> views, const RunControl& control = {});
+    TrackFrame feed(int frame, const ViewsFor& views, const RunControl& control = {});
 
     /// The next frame has no images; `reason` says why.
     TrackFrame skip(int frame, const std::string& reason);

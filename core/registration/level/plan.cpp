@@ -93,4 +93,17 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
     return plan;
 }
 
+int volume_halvings_like(const std::vector<LevelPlan>& own, const LevelPlan& plan) {
+    const auto distance = [&](const LevelPlan& level) {
+        return std::abs(level.image_halvings.front() - plan.image_halvings.front());
+    };
+    return std::ranges::min_element(own, {}, distance)->volume_halvings;
+}
+
+std::vector<View> bare(std::span<const View> views) {
+    std::vector<View> bare;
+    for (const View& view : views) bare.push_back({view.name, view.geometry, {}, {}});
+    return bare;
+}
+
 }  // namespace raylign::detail

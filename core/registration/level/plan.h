@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <vector>
@@ -28,5 +31,18 @@ struct LevelPlan {
 [[nodiscard]] std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> views,
                                                  const RigidTransform& world_from_ct, const ObjectExtent& extent,
                                                  const GradientFilter& finest_filter, std::optional<int> levels);
+
+/// Of levels, coarsest first, the one that is this much coarser than the finest, as far as there are any.
+template <class Levels>
+[[nodiscard]] const auto& coarser(const Levels& levels, int coarser_by) {
+    const std::ptrdiff_t last = std::ssize(levels) - 1;
+    return levels[static_cast<std::size_t>(last - std::clamp<std::ptrdiff_t>(coarser_by, 0, last))];
+}
+
+/// Of an object's own levels the halvings of the one whose images are the plan's, or the nearest to it.
+[[nodiscard]] int volume_halvings_like(const std::vector<LevelPlan>& own, const LevelPlan& plan);
+
+/// Only where the views look from: for one level alone, where it is seen whether masks leave enough when it is made.
+[[nodiscard]] std::vector<View> bare(std::span<const View> views);
 
 }  // namespace raylign::detail

@@ -33,14 +33,6 @@ std::vector<LevelPlan> plan_of(const SceneDescent& scene, std::span<const View> 
                        scene.options.levels);
 }
 
-/// Of an object's own levels the halvings of the one whose images are the plan's, or the nearest to it.
-int halvings_like(const std::vector<LevelPlan>& own, const LevelPlan& plan) {
-    const auto distance = [&](const LevelPlan& level) {
-        return std::abs(level.image_halvings.front() - plan.image_halvings.front());
-    };
-    return std::ranges::min_element(own, {}, distance)->volume_halvings;
-}
-
 std::vector<ScenePlan> plan_scene(const SceneDescent& scene, std::span<const View> views) {
     std::vector<std::vector<LevelPlan>> own;
     for (std::size_t k = 0; k < scene.volumes.size(); ++k) own.push_back(plan_of(scene, views, k));
@@ -48,7 +40,7 @@ std::vector<ScenePlan> plan_scene(const SceneDescent& scene, std::span<const Vie
     std::vector<ScenePlan> plans;
     for (const LevelPlan& images : own[guide]) {
         plans.push_back({images, {}});
-        for (const auto& levels : own) plans.back().volume_halvings.push_back(halvings_like(levels, images));
+        for (const auto& levels : own) plans.back().volume_halvings.push_back(volume_halvings_like(levels, images));
     }
     return plans;
 }
@@ -58,8 +50,7 @@ SceneLevel make_level(SceneDescent& scene, const ScenePlan& plan, const Gradient
     level.similarity = {scene.options.similarity.metric, filter};
     level.pixel_at_object_mm = plan.images.pixel_at_object_mm;
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
-        View view = scene.views[v];
-        for (int i = 0; i < plan.images.image_halvings[v]; ++i) view = half_resolution(view);
+        View view = halved(scene.views[v], plan.images.image_halvings[v]);
         level.fixed.push_back(make_fixed_channels(view, level.similarity));
         level.views.push_back(std::move(view));
     }
@@ -219,25 +210,16 @@ void show_scene_progress(const SceneDescent& scene, double fraction) {
 }
 
 void follow_together(SceneDescent& scene, int coarser_by) {
-    std::vector<View> bare;  // as in strategy/follow.cpp: whether masks leave enough is seen when the level is made
-    for (const View& view : scene.views) bare.push_back({view.name, view.geometry, {}, {}});
-    const std::vector<ScenePlan> plans = plan_scene(scene, bare);
-    const std::ptrdiff_t last = std::ssize(plans) - 1;
-    const ScenePlan& plan = plans[static_cast<std::size_t>(last - std::min<std::ptrdiff_t>(last, coarser_by))];
-    SceneLevel level = make_level(scene, plan, fine(scene.options.similarity.filter));
+    const std::vector<ScenePlan> plans = plan_scene(scene, bare(scene.views));
+    SceneLevel level = make_level(scene, coarser(plans, coarser_by), fine(scene.options.similarity.filter));
     if (scene.options.robust) reweigh_scene(level);
     if (!scene.moving.empty()) optimize(scene, level, Approach::renewed);
-    show_in_full(scene, level);
+    scene.shown = {{}, scene_gains(level)};
 }
 
 void show_anew(SceneDescent& scene, std::size_t k) {
-    std::vector<View> bare(scene.views.begin(), scene.views.end());
-    for (View& view : bare) view.image = view.weights = {};
-    const auto session = scene.volumes[k]->session(0, bare, scene.options.similarity);
-    scene.shown.drrs[k].clear();
-    for (std::size_t v = 0; v < bare.size(); ++v) {
-        scene.shown.drrs[k].push_back(session->render(scene.world_from_ct[k], v));
-    }
+    const std::vector<int> in_full(scene.views.size(), 0);
+    scene.shown.drrs[k] = drawn(*scene.volumes[k], scene.world_from_ct[k], scene.views, {0, in_full});
 }
 
 void finish_together(SceneDescent& scene) { finish_on(scene, plan_scene(scene, scene.views).back()); }

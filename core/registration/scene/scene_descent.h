@@ -39,7 +39,7 @@ void descend_together(SceneDescent& scene);
 
 /// Moves all objects together from poses that are right to about a millimetre, as predictions from frames before are:
 /// one level, `coarser_by` above the finest as far as there are any, with a fine filter and the robust weights of
-/// these poses. Where none moves they are only shown.
+/// these poses. Draws nothing: of what is shown, gains alone. Where none moves they are all that is found.
 void follow_together(SceneDescent& scene, int coarser_by);
 
 /// The finest level once more, from the poses as they are.

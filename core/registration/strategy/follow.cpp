@@ -1,7 +1,5 @@
 #include "core/registration/strategy/follow.h"
 
-#include <algorithm>
-
 #include "core/registration/policy.h"
 #include "core/registration/strategy/coarse_to_fine.h"
 #include "core/registration/strategy/domain.h"
@@ -10,14 +8,10 @@
 namespace raylign::detail {
 namespace {
 
-/// Without masks: whether they leave enough is seen when the level is made.
 LevelPlan level_for(const Run& run, int coarser_by) {
-    std::vector<View> bare;
-    for (const View& view : run.views) bare.push_back({view.name, view.geometry, {}, {}});
     const std::vector<LevelPlan> levels =
-        plan_levels(run.volume(), bare, run.start, run.extent, fine_filter(run), run.options.levels);
-    const std::ptrdiff_t last = std::ssize(levels) - 1;
-    LevelPlan plan = levels[static_cast<std::size_t>(last - std::min<std::ptrdiff_t>(last, coarser_by))];
+        plan_levels(run.volume(), bare(run.views), run.start, run.extent, fine_filter(run), run.options.levels);
+    LevelPlan plan = coarser(levels, coarser_by);
     plan.filter = fine_filter(run);
     return plan;
 }

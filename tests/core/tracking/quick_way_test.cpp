@@ -136,6 +136,31 @@ TEST(QuickWay, FindsAPartAsWellAsTheFullWayAndGoesOnWithTheSameBits) {
     EXPECT_EQ(again.world_from_ct.translation_mm, found[8].world_from_ct.translation_mm);
 }
 
+TEST(QuickWay, ViewsAreAskedForAsFinelyAsTheyAreLookedAt) {
+    MovingVertebra scene;
+    Tracker given = scene.tracker(), asking = scene.tracker();
+    int quick = 0;
+    for (int frame = 0; frame < 7; ++frame) {
+        std::vector<std::optional<int>> asked;
+        const TrackFrame found = asking.feed(frame, [&](std::optional<int> coarser_by) {
+            asked.push_back(coarser_by);
+            return scene.xrays(frame);
+        });
+        const TrackFrame same = given.feed(frame, scene.xrays(frame));
+        EXPECT_EQ(found.world_from_ct.rotation, same.world_from_ct.rotation) << frame;
+        EXPECT_EQ(found.world_from_ct.translation_mm, same.world_from_ct.translation_mm) << frame;
+        if (found.quick) {
+            ASSERT_EQ(asked.size(), 1) << "made once";
+            EXPECT_TRUE(asked[0].has_value()) << "and no finer";
+        }
+        if (found.quick_view_costs.empty()) {
+            EXPECT_EQ(asked, (std::vector<std::optional<int>>{std::nullopt}));
+        }
+        quick += found.quick;
+    }
+    EXPECT_GT(quick, 0);
+}
+
 TEST(QuickWay, AFrameOfSomethingElseIsRegisteredInFullAndNotOk) {
     MovingVertebra scene;
     Tracker tracker = scene.tracker();
