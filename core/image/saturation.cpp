@@ -5,12 +5,19 @@
 #include <limits>
 #include <vector>
 
+#include "core/image/components.h"
+
 namespace raylign::detail {
 namespace {
 
 constexpr int kRadius_px = 3;
 constexpr double kFlat = 0.05;    // of the range: quantization and noise of 8-bit fluoroscopy are 2 to 3 %
 constexpr double kLeast = 0.003;  // of the usable pixels: a screw's head in a frame of a knee
+
+/// A collimator reaches the image's edge; metal that lets nothing through may be as dark, to the count.
+bool reaches_the_edge(const Component& piece, const Image& image) {
+    return piece.low_x == 0 || piece.low_y == 0 || piece.high_x == image.width - 1 || piece.high_y == image.height - 1;
+}
 
 /// Pixels without a use are NaN.
 std::vector<float> usable_pixels(const Image& image, const Image& weights) {
@@ -20,8 +27,11 @@ std::vector<float> usable_pixels(const Image& image, const Image& weights) {
         if (!weights.empty() && weights.pixels[i] == 0) pixels[i] = std::numeric_limits<float>::quiet_NaN();
         if (pixels[i] > largest) largest = pixels[i];
     }
-    for (float& pixel : pixels) {
-        if (!(pixel < largest)) pixel = std::numeric_limits<float>::quiet_NaN();
+    std::vector<bool> darkest;
+    for (const float pixel : pixels) darkest.push_back(pixel == largest);
+    for (const Component& piece : components_of(darkest, image.width, image.height)) {
+        if (!reaches_the_edge(piece, image)) continue;
+        for (const std::size_t i : piece.pixels) pixels[i] = std::numeric_limits<float>::quiet_NaN();
     }
     return pixels;
 }

@@ -55,6 +55,20 @@ TEST(FindSaturation, ACollimatorDoesNotCount) {
     EXPECT_NEAR(found->ceiling, kCeiling, 0.01);
 }
 
+TEST(FindSaturation, MetalThatIsFlatToTheCountIsFoundBesideACollimator) {
+    Image image = knee(14, 0);
+    for (float& pixel : image.pixels) pixel = std::round(pixel * 100) / 100;
+    for (const bool is_collimated : {false, true}) {
+        for (int y = 0; is_collimated && y < kSize; ++y) {
+            for (int x = 0; x < 30; ++x) image(x, y) = static_cast<float>(kCeiling);
+        }
+        const auto found = find_saturation(image, {});
+        ASSERT_TRUE(found) << is_collimated;
+        EXPECT_EQ(found->ceiling, static_cast<float>(kCeiling));
+        EXPECT_GT(found->share, 0.02) << "the disc, and no crest of tissue";
+    }
+}
+
 TEST(FindSaturation, AConstantOrEmptyImageHasNone) {
     EXPECT_FALSE(find_saturation(Image(kSize, kSize, 1.F), {}));
     EXPECT_FALSE(find_saturation(Image(kSize, kSize, 1.F), Image(kSize, kSize, 0.F)));

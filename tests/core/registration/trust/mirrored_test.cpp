@@ -4,6 +4,7 @@
 #include "core/registration/object/resident_volume.h"
 #include "core/registration/trust/mirrored.h"
 #include "raylign/backends.h"
+#include "raylign/registration.h"
 #include "tests/support/scenes.h"
 
 namespace raylign::detail {
