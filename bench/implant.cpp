@@ -1,22 +1,26 @@
 // How far a model in one X-ray with known truth is off, and what it was expected to be off:
 //   raylign_implant MODEL VIEWS POSE [--material M] [--poses N] [--first N] [--blur MM,...] [--floor SHARE] [--bits N]
 //                   [--tissue L] [--photons N] [--spacing PX] [--line-integrals] [--threads N] [--json FILE]
+//                   [--clip SHARE] [--black SHARE] [--write FOLDER]
 // VIEWS has the camera (and an image, whose pixels do not count), POSE is where truth is near. X-rays: the exact length
 // of each ray inside the triangles (exact_lengths.h) on 3 x 3 samples a pixel, exp(-mu length) times what tissue of
 // random soft lumps lets through, the detector's blur, quanta, a floor and whole counts. Truth: within 10 mm and 10
 // degrees of POSE; the start within 2 mm and 2 degrees of truth, without search: one minimum is what is measured.
+// --clip raises all smaller counts to this share of the largest, --black takes it off all: metal is flat to the count.
+// --write leaves views_N.json, N.tif, truth_N.json and start_N.json (within 10 mm and 10 degrees) for `raylign
+// register` instead.
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
-#include <numbers>
 
-#include "bench/exact_lengths.h"
+#include "bench/implant_xray.h"
 #include "bench/record.h"
 #include "core/base/random.h"
-#include "core/image/saturation.h"
+#include "core/io/images/counts.h"
 #include "core/io/meshes/material.h"
 #include "core/io/meshes/mesh_file.h"
 #include "core/io/meshes/voxelize_mesh.h"
@@ -24,81 +28,20 @@
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
 #include "raylign/registration.h"
-#include "raylign/xray.h"
 
 namespace raylign::detail::bench {
 namespace {
 
-constexpr int kSamples = 3;
 constexpr double kMostVoxels = 4e8;
-constexpr double kDegree = std::numbers::pi / 180;
 
-struct Settings {
+struct Settings : ImplantXray {
     std::string model, views, pose, material = "cobalt-chrome";
-    int poses = 20, first = 0, bits = 8, threads = 1;
+    std::string folder;  ///< to write to, instead of registering
+    int poses = 20, first = 0, threads = 1;
     std::vector<double> blurs_mm{0.34};
-    double blur_mm = 0, floor_share = 0.1, tissue = 1, photons_per_mm2 = 1.5e5, spacing_px = 2.0 / 3;
+    double spacing_px = 2.0 / 3;
     bool line_integrals = false;  ///< compared by these, as before
 };
-
-/// Turned about `centre_mm` and moved, both evenly within a ball.
-RigidTransform moved(const RigidTransform& pose, const Eigen::Vector3d& centre_mm, double most_mm, double most_deg,
-                     Random& random) {
-    const Eigen::Vector3d axis = random.direction(), direction = random.direction();
-    Twist twist;
-    twist << axis * random.uniform(0, most_deg) * kDegree, direction * most_mm * std::cbrt(random.uniform());
-    return exp_about(twist, centre_mm) * pose;
-}
-
-/// Line integrals of lumps, from some pixels to a quarter of the image wide.
-Image tissue(const Eigen::Vector2i& size_px, double strength, Random& random) {
-    constexpr int kLumps = 40;
-    Image image(size_px.x(), size_px.y(), static_cast<float>(strength));
-    for (int k = 0; k < kLumps; ++k) {
-        const double sigma = size_px.x() * 0.25 * std::pow(0.05, random.uniform());
-        const double x0 = random.uniform(0, size_px.x()), y0 = random.uniform(0, size_px.y());
-        const double height = 0.3 * strength * random.normal();
-        const int reach = static_cast<int>(3 * sigma);
-        const int y_end = std::min(size_px.y(), static_cast<int>(y0) + reach);
-        const int x_end = std::min(size_px.x(), static_cast<int>(x0) + reach);
-        for (int y = std::max(0, static_cast<int>(y0) - reach); y < y_end; ++y) {
-            for (int x = std::max(0, static_cast<int>(x0) - reach); x < x_end; ++x) {
-                const double r2 = (x - x0) * (x - x0) + (y - y0) * (y - y0);
-                image(x, y) += static_cast<float>(height * std::exp(-r2 / (2 * sigma * sigma)));
-            }
-        }
-    }
-    for (float& pixel : image.pixels) pixel = std::max(pixel, 0.F);
-    return image;
-}
-
-/// Counts of the model at this pose.
-RawXray xray_of(const TriangleMesh& mesh, double mu_per_mm, const ViewGeometry& view, const RigidTransform& pose,
-                const Settings& settings, int seed) {
-    const Image lengths = exact_lengths(mesh, finer(view, kSamples), pose);
-    Random random(static_cast<std::uint64_t>(seed) + 1000);
-    const Image body = tissue(view.camera.size_px, settings.tissue, random);
-    const Eigen::Vector2d pitch_mm = view.camera.pixel_pitch_mm().value();
-    XrayExposure exposure;
-    exposure.samples_per_pixel = kSamples;
-    exposure.sample_pitch_mm = pitch_mm / kSamples;
-    exposure.energy = lengths;
-    for (int y = 0; y < lengths.height; ++y) {
-        for (int x = 0; x < lengths.width; ++x) {
-            const double integral = mu_per_mm * std::max(0.F, lengths(x, y)) + body(x / kSamples, y / kSamples);
-            exposure.energy(x, y) = static_cast<float>(std::exp(-integral));
-        }
-    }
-    exposure.energy_squared = exposure.energy;
-    exposure.photons_per_sample = settings.photons_per_mm2 * exposure.sample_pitch_mm.prod();
-    XrayModel model;
-    model.name = "implant";
-    model.blur_mm = settings.blur_mm;
-    model.floor_share = settings.floor_share;
-    model.bits = settings.bits;
-    model.full_scale = std::exp(-0.3 * settings.tissue);
-    return detected(model, exposure, static_cast<std::uint64_t>(seed));
-}
 
 struct Outcome {
     double depth_mm = 0, plane_mm = 0, turn_deg = 0;
@@ -121,21 +64,29 @@ Outcome outcome_of(const RegistrationResult& found, const RigidTransform& truth,
     return outcome;
 }
 
+/// A case for the program.
+void write_case(const Settings& settings, const TriangleMesh& mesh, double mu_per_mm, const View& view,
+                const RigidTransform& near, int seed) {
+    const Eigen::Vector3d centre_ct_mm = (bounds_of(mesh).low_mm + bounds_of(mesh).high_mm) / 2;
+    Random random(static_cast<std::uint64_t>(seed));
+    const RigidTransform truth = moved(near, near * centre_ct_mm, 10, 10, random);
+    const std::filesystem::path folder = settings.folder;
+    const std::string name = std::to_string(seed);
+    std::filesystem::create_directories(folder);
+    const RawXray counts = counts_of(mesh, mu_per_mm, view.geometry, truth, settings, seed);
+    write_counts(folder / (name + ".tif"), counts.image, counts.max_representable);
+    write_views(folder / ("views_" + name + ".json"), {view}, {name + ".tif"}, counts_read_as());
+    write_pose(folder / ("truth_" + name + ".json"), truth);
+    write_pose(folder / ("start_" + name + ".json"), moved(truth, truth * centre_ct_mm, 10, 10, random));
+}
+
 Outcome run_pose(const Settings& settings, const TriangleMesh& mesh, const Volume& volume, double mu_per_mm, View view,
                  const RigidTransform& near, int seed, Backend& backend) {
     const Eigen::Vector3d centre_ct_mm = (bounds_of(mesh).low_mm + bounds_of(mesh).high_mm) / 2;
     Random random(static_cast<std::uint64_t>(seed));
     const RigidTransform truth = moved(near, near * centre_ct_mm, 10, 10, random);
     const RigidTransform start = moved(truth, truth * centre_ct_mm, 2, 2, random);
-    IntensitySettings intensity;
-    intensity.kind = IntensityKind::transmission;
-    intensity.polarity = Polarity::bone_dark;
-    XrayConversion read = line_integral_from_xray(xray_of(mesh, mu_per_mm, view.geometry, truth, settings, seed), {},
-                                                  intensity, "simulated");
-    view.image = std::move(read.line_integral);
-    view.weights = std::move(read.weights);
-    const std::optional<Saturation> saturation = find_saturation(view.image, view.weights);
-    if (saturation) view.ceiling = saturation->ceiling;
+    view = shown_on(mesh, mu_per_mm, view, truth, settings, seed);
     view.by_transmission = !settings.line_integrals;
     RegistrationOptions options;
     options.content = Content::part;
@@ -210,9 +161,13 @@ void measure(const Settings& settings, Record& record) {
         one.blur_mm = blur_mm;
         std::vector<Outcome> outcomes;
         for (int i = 0; i < settings.poses; ++i) {
+            if (!settings.folder.empty()) {
+                write_case(one, mesh, mu_per_mm, view, pose, settings.first + i);
+                continue;
+            }
             outcomes.push_back(run_pose(one, mesh, volume, mu_per_mm, view, pose, settings.first + i, *backend));
         }
-        report(one, outcomes, record);
+        if (!outcomes.empty()) report(one, outcomes, record);
     }
 }
 
@@ -225,6 +180,9 @@ void add_options(CLI::App& app, Settings& settings) {
     app.add_option("--first", settings.first);
     app.add_option("--blur", settings.blurs_mm)->delimiter(',');
     app.add_option("--floor", settings.floor_share);
+    app.add_option("--clip", settings.clip);
+    app.add_option("--black", settings.black);
+    app.add_option("--write", settings.folder);
     app.add_option("--bits", settings.bits);
     app.add_option("--tissue", settings.tissue);
     app.add_option("--photons", settings.photons_per_mm2);
