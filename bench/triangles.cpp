@@ -60,7 +60,7 @@ using Drawing = std::function<DrrWithDerivatives(const View& view, const RigidTr
 struct Engine {
     std::string name;
     Drawing draw;
-    std::vector<double> draw_s, depth_mm, plane_mm, turn_deg, linearizations;
+    std::vector<double> draw_s = {}, depth_mm = {}, plane_mm = {}, turn_deg = {}, linearizations = {};
 };
 
 /// Cost and derivatives in PoseSpace's parameters.
