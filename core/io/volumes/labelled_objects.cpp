@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -104,17 +105,17 @@ std::size_t voxel_count(const Volume& volume) {
            static_cast<std::size_t>(std::ranges::count(volume.attenuation_per_mm, 0.F));
 }
 
-/// The object's voxels; the rest gets what stays of them.
-Volume cut_out(const Volume& ct, const Wanted& wanted, const NamedMap& named, std::optional<float> level,
-               std::optional<Volume>& rest) {
+/// The object's voxels.
+Volume cut_out(const Volume& ct, const Wanted& wanted, const NamedMap& named, std::optional<float> level) {
     Volume own = ct;
     keep_labels(own, named.map, wanted.labels);
     if (level) contrast_above(own, *level);
-    if (!rest) return own;
-    for (std::size_t i = 0; i < own.attenuation_per_mm.size(); ++i) {
-        rest->attenuation_per_mm[i] -= own.attenuation_per_mm[i];
-    }
     return own;
+}
+
+void subtract(Volume& rest, const Volume& own) {
+    std::ranges::transform(rest.attenuation_per_mm, own.attenuation_per_mm, rest.attenuation_per_mm.begin(),
+                           std::minus<>());
 }
 
 }  // namespace
@@ -137,8 +138,7 @@ LabelledObjects cut_objects(const Volume& ct, const ObjectCut& cut) {
     for (const Wanted& one : wanted) {
         const std::string of_object = " (object " + one.name + " of " + source + ")";
         try {
-            std::optional<Volume> rest = found.rest;
-            const Volume own = cut_out(ct, one, named, cut.above_per_mm, rest);
+            const Volume own = cut_out(ct, one, named, cut.above_per_mm);
             const std::size_t voxels = voxel_count(own);
             if (voxels < kLeastVoxels) {
                 throw bad_value("voxels of an object", std::to_string(voxels),
@@ -146,7 +146,7 @@ LabelledObjects cut_objects(const Volume& ct, const ObjectCut& cut) {
             }
             found.objects.push_back(crop(own, box_of_object(own)));
             found.names.push_back(one.name);
-            found.rest = std::move(rest);
+            if (found.rest) subtract(*found.rest, own);
         } catch (const Error& error) {
             if (!takes_all) throw Error(error.what() + of_object);
             found.notes.push_back("left out: " + std::string(error.what()) + of_object);
