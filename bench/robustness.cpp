@@ -47,6 +47,7 @@ namespace {
 
 struct Trial {
     double initial_mm = 0, final_mm = 0;
+    std::vector<double> rivals_mm;  ///< how far the rivals are off
     bool success = false;
     RegistrationResult found;
 };
@@ -95,26 +96,43 @@ Trial run_trial(const Scene& scene, const std::string& variant, double initial_m
     std::vector<ViewGeometry> geometry;
     for (const View& view : scene.views) geometry.push_back(view.geometry);
     const TargetErrors errors = target_errors(trial.found.world_from_ct, scene.truth, scene.targets, geometry);
+    for (const Rival& rival : trial.found.search.rivals)
+        trial.rivals_mm.push_back(target_errors(rival.world_from_ct, scene.truth, scene.targets, geometry).mtre_mm);
     const bool single = scene.views.size() == 1;
     trial.final_mm = single ? errors.mean_mrpd_mm : errors.mtre_mm;
     trial.success = trial.final_mm < (single ? 1 : scene.success_mm);
     return trial;
 }
 
+void list_verdict(const RegistrationResult& found) {
+    std::printf(found.ok ? " ok\n" : " doubtful:");
+    for (const std::string& reason : found.reasons)
+        std::printf(" %s%s", reason.c_str(), &reason == &found.reasons.back() ? "\n" : ";");
+}
+
+void list_search(const Trial& trial) {
+    const SearchReport& search = trial.found.search;
+    std::printf(" agree %d of %d search %.4f", search.agreeing, search.refined, search.cost);
+    for (std::size_t r = 0; r < search.rivals.size(); ++r)
+        std::printf(" [rival %.2f mm: +%.4f]", trial.rivals_mm[r], search.rivals[r].cost - search.cost);
+}
+
 void list_trial(int number, const Trial& trial) {
     const RegistrationResult& found = trial.found;
-    const double gap = found.search.rivals.empty() ? 0 : found.search.rivals.front().cost - found.search.cost;
     ViewCorrection worst;
     for (const ViewResult& view : found.views) {
         if (view.correction.significance > worst.significance) worst = view.correction;
     }
-    std::printf(
-        "  %3d %s start %6.2f end %8.3f expected %.3f cost %.4f from %.4f agree %d gap %.4f lin %4llu eval %5llu "
-        "%5.2f s views %.2f %.2f mm %s%s\n",
-        number, trial.success ? "+" : "-", trial.initial_mm, trial.final_mm, found.confidence.rim_mm, found.cost_final,
-        found.cost_initial, found.search.agreeing, gap, static_cast<unsigned long long>(found.counters.linearizations),
-        static_cast<unsigned long long>(found.counters.evaluations), found.total_s, worst.significance, worst.effect_mm,
-        found.ok ? "ok" : "doubtful: ", found.ok ? "" : found.reasons.front().c_str());
+    std::printf("  %3d %s start %6.2f end %8.3f expected %.3f cost %.4f from %.4f views", number,
+                trial.success ? "+" : "-", trial.initial_mm, trial.final_mm, found.confidence.rim_mm, found.cost_final,
+                found.cost_initial);
+    for (const double cost : found.view_costs) std::printf(" %.3f", cost);
+    std::printf(" lin %4llu eval %5llu %5.2f s corrections %.2f %.2f mm",
+                static_cast<unsigned long long>(found.counters.linearizations),
+                static_cast<unsigned long long>(found.counters.evaluations), found.total_s, worst.significance,
+                worst.effect_mm);
+    list_search(trial);
+    list_verdict(found);
 }
 
 /// Trials take the scenes, one kind at several poses, in turn.

@@ -118,6 +118,7 @@ void report_rivals(Run& run, const std::vector<Candidate>& candidates, double pi
     SearchReport& report = run.result.search;
     report.cost = best.cost;
     report.agreeing = best.agreeing;
+    report.rivals.clear();
     for (const Candidate& other : candidates) {
         if (apart_mm(best.world_from_ct, other.world_from_ct, run.extent) < kRival_px * pixel_mm) continue;
         const RigidTransform moved = other.world_from_ct * inverse(best.world_from_ct);

@@ -5,12 +5,12 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
-#include "core/registration/level/pixel_weights.h"
 #include "core/registration/policy.h"
 #include "core/registration/strategy/candidates.h"
 #include "core/registration/strategy/coarse_to_fine.h"
 #include "core/registration/strategy/domain.h"
 #include "core/registration/strategy/finish.h"
+#include "core/registration/strategy/judged.h"
 #include "core/registration/strategy/template_search.h"
 
 namespace raylign::detail {
@@ -40,14 +40,6 @@ double range_mm(const Run& run) { return run.options.search.range_mm.value_or(kN
 std::optional<Focus> focus_of(const Run& run, Search mode) {
     if (mode != Search::near) return std::nullopt;
     return Focus{run.start, range_mm(run) + kDomainMargin_mm};
-}
-
-/// Without those of which a view shows too little.
-std::vector<Candidate> seen(const Run& run, std::vector<Candidate> candidates) {
-    std::erase_if(candidates, [&](const Candidate& candidate) {
-        return least_seen_share(run.resident.sample(), run.views, candidate.world_from_ct) < kLeastSeen_part;
-    });
-    return candidates;
 }
 
 /// The level that templates are moved over: everywhere in the field of view is much to look at, so half the resolution
@@ -83,7 +75,8 @@ std::vector<Candidate> template_candidates(Run& run, const LevelPlan& coarsest, 
     on_level(run, plan, Content::part, focus_of(run, mode), [&](Level& level) {
         if (near) level.check_overlap();
         TemplateFits fits = fits_on(run, level, mode);
-        candidates = distinct(seen(run, std::move(fits.best)), run.extent, kDistinct_px * plan.pixel_at_object_mm);
+        candidates =
+            distinct(shown_enough(run, std::move(fits.best)), run.extent, kDistinct_px * plan.pixel_at_object_mm);
         keep_best(candidates, near ? kJudgedNear : kJudgedGlobal, kAnyMargin);
         run.result.search.starts = fits.tried;
         run.result.search.refined = static_cast<int>(candidates.size());
@@ -100,26 +93,7 @@ std::vector<Candidate> template_candidates(Run& run, const LevelPlan& coarsest, 
     return candidates;
 }
 
-/// Each refined under weights of the pixels that it covers at its start, distinct, best first.
-std::vector<Candidate> judged(Run& run, Level& level, std::span<const Candidate> candidates, int iterations) {
-    const double pixel_mm = level.plan().pixel_at_object_mm;
-    const std::vector<Image> even = local_normalisation(level.session(), kNormalisation_mm / pixel_mm);
-    std::vector<Candidate> ends;
-    for (const Candidate& candidate : candidates) {
-        std::vector<Image> weights;
-        const std::unique_ptr<Session> session = level.cut_out(candidate.world_from_ct, even, weights);
-        if (!session) continue;
-        multiply(weights, neighbourhood(*session, candidate.world_from_ct, 0));
-        if (!leaves_enough(*session, weights)) continue;
-        session->set_weights(weights);
-        LevelProblem problem = level.problem(run.start, false, *session);
-        problem.max_iterations = std::min(problem.max_iterations, iterations);
-        const std::vector<Candidate> end = refined(problem, {&candidate, 1});
-        ends.insert(ends.end(), end.begin(), end.end());
-        level.count(*session);
-        show_progress(run, level.index(), 0, candidate.cost);
-    }
-    ends = distinct(seen(run, std::move(ends)), run.extent, kDistinct_px * pixel_mm);
+std::vector<Candidate> some(std::vector<Candidate> ends) {
     if (ends.empty()) throw Error("search: no refined pose has a finite cost");
     return ends;
 }
@@ -137,11 +111,12 @@ void search_part(Run& run, Search mode) {
         const double pixel_mm = level.plan().pixel_at_object_mm;
         level.report().cost_initial = level.cost(run.start);
         const bool first = place.is_first;
-        candidates = judged(run, level, candidates, first ? kFirstJudgement_iterations : kSearchIterations);
+        candidates = some(judged(run, level, candidates, first ? kFirstJudgement_iterations : kSearchIterations));
         keep_best(candidates, first ? kKeptParts : kPartFinalists, first ? kAnyMargin : kHopelessMargin);
         // Once more, on the pixels that they cover now.
-        candidates = judged(run, level, candidates, kSearchIterations);
+        candidates = some(judged(run, level, candidates, kSearchIterations));
         keep_best(candidates, first ? kFewerParts : kPartFinalists, kHopelessMargin);
+        if (place.is_last && !(candidates.front().cost > kHopelessCost_part)) look_about(run, level, candidates);
         result.world_from_ct = candidates.front().world_from_ct;
         result.cost_final = level.report().cost_final = candidates.front().cost;
         take_for_hopeless(run, result.cost_final > kHopelessCost_part);
