@@ -18,7 +18,7 @@ namespace raylign::detail {
 /// True where the DRR leaves so much of a view unexplained that the pose, or the image, must be wrong.
 [[nodiscard]] bool is_weakly_explained(const RegistrationResult& result, std::size_t view);
 
-/// True where that holds for any view.
+/// True where that holds for any view, or for a part's views taken together.
 [[nodiscard]] bool has_weak_view(const RegistrationResult& result);
 
 /// Adds a reason where a CT whose cut sides hide a part of the X-rays explains the rest of them poorly. Only for

@@ -39,6 +39,14 @@ struct VerdictCase {
 };
 void PrintTo(const VerdictCase& row, std::ostream* out) { *out << row.name; }
 
+template <class First, class Second>
+auto both(First first, Second second) {
+    return [=](RegistrationResult& r) {
+        first(r);
+        second(r);
+    };
+}
+
 auto ended(Termination how, std::size_t level) {
     return [=](RegistrationResult& r) {
         r.levels[level].termination = how;
@@ -57,6 +65,12 @@ auto second_view(double cost, Content content = Content::whole, Search search = 
         r.content = content;
         r.search.mode = search;
         r.covered[1] = covered;
+    };
+}
+auto all_views(std::vector<double> costs, Content content) {
+    return [=](RegistrationResult& r) {
+        r.view_costs = costs;
+        r.content = content;
     };
 }
 auto shown(double share, Content content) {
@@ -94,6 +108,10 @@ auto rival(double behind, Content content = Content::whole, Search search = Sear
         r.search.rivals = {{.cost = 0.75}, {.cost = 0.25 + behind, .shift_mm = 8.5, .rotation_deg = 4}};
     };
 }
+auto first_rival(double behind) {
+    return both(rival(behind, Content::part),
+                [](RegistrationResult& r) { std::swap(r.search.rivals[0], r.search.rivals[1]); });
+}
 auto sure(bool is_estimated, Method method, double cost_initial = 0.4) {
     return [=](RegistrationResult& r) {
         r.confidence = {.is_estimated = is_estimated};
@@ -120,14 +138,6 @@ auto fine_edges(double cost, double fine_cost) {
         r.fine_view_costs = {0.1, fine_cost};
     };
 }
-template <class First, class Second>
-auto both(First first, Second second) {
-    return [=](RegistrationResult& r) {
-        first(r);
-        second(r);
-    };
-}
-
 constexpr auto kWhole = Content::whole, kPart = Content::part;
 constexpr const char *kWeak = "view LAT correlates weakly", *kReversed = "contrast may be reversed",
                      *kCovers = "the CT covers nearly all of it", *kFar = "far from the start",
@@ -152,13 +162,24 @@ const VerdictCase kVerdicts[] = {
     {"WholeBelowWeak", second_view(0.3999)},
     {"WholeWeak", second_view(0.4), kWeak, kCovers},
     {"WholeWithoutCost", second_view(kNoNumber), kWeak},
-    {"PartBelowWeak", second_view(0.7999, kPart)},
-    {"PartWeak", second_view(0.8, kPart), kWeak, kCovers},
-    {"PartNearBelowWeak", second_view(0.7999, kPart, Search::near)},
+    {"PartBelowUnseen", second_view(0.8999, kPart)},
+    {"PartUnseen", second_view(0.9, kPart), kWeak, kCovers},
+    {"PartNearBelowUnseen", second_view(0.8999, kPart, Search::near)},
+    {"PartTogetherBelowWeak", all_views({0.6, 0.8299}, kPart)},
+    {"PartTogetherWeak", all_views({0.6, 0.8301}, kPart), "the views correlate weakly", kWeak},
+    {"PartTogetherFarAhead", both(first_rival(0.0401), all_views({0.65, 0.82}, kPart))},
+    {"PartTogetherHardlyAhead", both(first_rival(0.0399), all_views({0.65, 0.82}, kPart)), "next place has 0.04 more"},
+    {"PartTogetherWithoutRivals", both(agreeing(2), all_views({0.65, 0.8799}, kPart))},
+    {"PartTogetherWeakWithoutRivals", both(agreeing(2), all_views({0.65, 0.8801}, kPart)),
+     "the views correlate weakly"},
+    {"PartTogetherWeakAndUnseen", all_views({0.6, 0.95}, kPart), kWeak, "the views correlate weakly"},
+    {"PartInOneViewBelowWeak", all_views({0.7999}, kPart)},
+    {"PartInOneViewWeak", all_views({0.8}, kPart), "view AP correlates weakly"},
+    {"PartWithoutCosts", all_views({0.5, kNoNumber}, kPart), kWeak, "the views correlate weakly"},
     {"PartFoundBelowWeak", second_view(0.6499, kPart, Search::global)},
     {"PartFoundWeak", second_view(0.65, kPart, Search::global), kWeak, kCovers},
     {"WholeFoundBelowWeak", second_view(0.3999, kWhole, Search::global)},
-    {"PartThatCoversLittle", second_view(0.7999, kPart, Search::none, 0.7)},
+    {"PartThatCoversLittle", second_view(0.8999, kPart, Search::none, 0.7)},
     {"PartThatCoversBelowWeak", second_view(0.4999, kPart, Search::none, 0.7001)},
     {"PartThatCoversWeak", second_view(0.5, kPart, Search::none, 0.7001), kCovers},
     {"Unrelated", second_view(1.2), kWeak, kReversed},
@@ -202,6 +223,7 @@ const VerdictCase kVerdicts[] = {
     {"RivalClose", rival(0.0149), kRival},
     {"RivalAhead", rival(-0.1), kRival},
     {"RivalOfAPartBehind", rival(0.0151, kPart)},
+    {"RivalOfAPartClose", rival(0.0149, kPart), kRival},
     {"RivalAnywhereBehind", rival(0.0501, kPart, Search::global)},
     {"RivalAnywhereClose", rival(0.0499, kPart, Search::global), kRival},
     {"RivalOfAWholeAnywhereBehind", rival(0.0151, kWhole, Search::global)},
@@ -212,6 +234,8 @@ const VerdictCase kVerdicts[] = {
     {"NoConfidenceAsTimeWasUp", sure(false, Method::gauss_newton, kNoNumber)},
     {"ErrorOfARegistration", expected_error(1.5)},
     {"ErrorOfNone", expected_error(1.5001), "poorly determined"},
+    {"ErrorOfAPart", both(second_view(0.2, kPart), expected_error(2))},
+    {"ErrorOfNoPart", both(second_view(0.2, kPart), expected_error(2.0001)), "poorly determined"},
     {"ErrorOfACoarseCt",
      [](RegistrationResult& r) {
          r.confidence.rim_mm = 2.4;
