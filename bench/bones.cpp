@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <iostream>
 
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/random.h"
 #include "raylign/backends.h"
@@ -45,13 +46,6 @@ double quantile(std::vector<double> values, double share) {
     if (values.empty()) return std::nan("");
     std::ranges::sort(values);
     return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
-
-double processor_s() {
-    rusage used{};
-    getrusage(RUSAGE_SELF, &used);
-    return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
-           1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
 }
 
 std::vector<SceneObject> scene_of(const Body& body, const BonesSettings& settings, const BonesTrial& trial) {
@@ -192,10 +186,6 @@ int run(int argc, char** argv) {
 }  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
-    try {
-        return raylign::detail::bench::run(argc, argv);
-    } catch (const raylign::Error& error) {
-        std::cerr << "raylign_bones: " << error.what() << "\n";
-        return 2;
-    }
+    using namespace raylign::detail::bench;
+    return run_program("raylign_bones", [&] { return run(argc, argv); });
 }

@@ -15,12 +15,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <deque>
 #include <iostream>
 
 #include "bench/gait_scene.h"
 #include "bench/gait_tally.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/median.h"
 #include "core/image/region.h"
@@ -37,12 +37,6 @@
 
 namespace raylign::detail::bench {
 namespace {
-
-double processor_s() {
-    timespec time{};
-    (void)clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 ViewsFile views_of(const GaitSettings& settings) {
     ViewsReadOptions reading;
@@ -235,11 +229,7 @@ void follow_with_gap(const GaitSettings& settings, Record& record) {
     for (const Followed& bone : bones) tell_depth(title(settings, bone.name) + told, settings, all, bone, view, record);
 }
 
-}  // namespace
-}  // namespace raylign::detail::bench
-
-int main(int argc, char** argv) {
-    using namespace raylign::detail::bench;
+int run(int argc, char** argv) {
     const bool tells_depth =
         std::any_of(argv, argv + argc, [](const std::string& word) { return word == "--joint-gap"; });
     Record record(argc, argv, tells_depth ? "A simulated sequence in one plane" : "A simulated gait sequence",
@@ -276,4 +266,13 @@ int main(int argc, char** argv) {
         follow_bone(settings, bone, record);
     }
     record.write();
+    return 0;
+}
+
+}  // namespace
+}  // namespace raylign::detail::bench
+
+int main(int argc, char** argv) {
+    using namespace raylign::detail::bench;
+    return run_program("raylign_gait", [&] { return run(argc, argv); });
 }

@@ -18,6 +18,7 @@
 #include <iostream>
 
 #include "bench/implant_xray.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/random.h"
 #include "core/io/images/counts.h"
@@ -209,10 +210,6 @@ int run(int argc, char** argv) {
 }  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
-    try {
-        return raylign::detail::bench::run(argc, argv);
-    } catch (const raylign::Error& error) {
-        std::cerr << "raylign_implant: " << error.what() << "\n";
-        return 2;
-    }
+    using namespace raylign::detail::bench;
+    return run_program("raylign_implant", [&] { return run(argc, argv); });
 }

@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "bench/exact_lengths.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/median.h"
 #include "core/io/meshes/mesh_file.h"
@@ -143,11 +144,7 @@ void measure(const Settings& settings, Record& record) {
     }
 }
 
-}  // namespace
-}  // namespace raylign::detail::bench
-
-int main(int argc, char** argv) {
-    using namespace raylign::detail::bench;
+int run(int argc, char** argv) {
     Record record(argc, argv, "Outlines of voxelized models against exact lengths",
                   {"model", "voxels [mm]", "voxels [px]", "outline at a length of [mm]", "mean error [px]", "rms [px]",
                    "95 % below [px]", "DRR, 1 thread [ms]", "exact lengths, 1 thread [ms]"});
@@ -161,4 +158,13 @@ int main(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
     measure(settings, record);
     record.write();
+    return 0;
+}
+
+}  // namespace
+}  // namespace raylign::detail::bench
+
+int main(int argc, char** argv) {
+    using namespace raylign::detail::bench;
+    return run_program("raylign_outline", [&] { return run(argc, argv); });
 }

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "bench/peers.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
@@ -244,7 +245,7 @@ int run(const Arguments& arguments, Record& record) {
 
 int main(int argc, char** argv) {
     const auto number = [&](int i, double fallback) { return argc > i ? std::atof(argv[i]) : fallback; };
-    try {
+    return raylign::detail::bench::run_program("raylign_peers", [&] {
         raylign::detail::bench::Record record(
             argc, argv, "DRRs of other programs",
             {"program", "DRR, median [ms]", "times raylign's, median", "least", "most", "times its first render",
@@ -256,8 +257,5 @@ int main(int argc, char** argv) {
                                                           .rounds = static_cast<int>(number(6, 3)),
                                                           .spread_deg = number(5, 180)};
         return raylign::detail::bench::run(arguments, record);
-    } catch (const raylign::Error& error) {
-        std::fprintf(stderr, "raylign_peers: %s\n", error.what());
-        return error.kind() == raylign::ErrorKind::unavailable ? 3 : 2;
-    }
+    });
 }

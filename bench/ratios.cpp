@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "bench/bench_scene.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
@@ -251,13 +252,10 @@ void run(int voxels, int pixels, int pose_count, int rounds, Record& record) {
 
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
-    try {
+    return raylign::detail::bench::run_program("raylign_ratios", [&] {
         raylign::detail::bench::Record record(argc, argv, "Ratios of the cpu backend",
                                               {"one : other", "one [ms]", "other [ms]", "ratio, median"});
         raylign::detail::bench::run(number(1, 256), number(2, 256), number(3, 21), number(4, 3), record);
         return 0;
-    } catch (const raylign::Error& error) {
-        std::fprintf(stderr, "raylign_ratios: %s\n", error.what());
-        return 2;
-    }
+    });
 }

@@ -31,6 +31,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/program.h"
 #include "bench/record.h"
 #include "bench/robustness_scene.h"
 #include "core/base/error.h"
@@ -259,15 +260,12 @@ int main(int argc, char** argv) {
                      "[xray=MODEL] [angle=DEG] [field=MM] [other=CT] [poses=N]\n");
         return 2;
     }
-    try {
+    return raylign::detail::bench::run_program("raylign_robustness", [&] {
         raylign::detail::bench::Record record(
             argc, argv, "Far starts, mismatch, verdict",
             {"scene", "variant", "views", "from [mm]", "to [mm]", "success", "of", "error, p50 [mm]", "error, max [mm]",
              "time, median [s]", "linearizations", "failures doubted", "successes doubted",
              "true error over expected, p50", "within twice the expected", "not doubted"});
         return raylign::detail::bench::run({argv + 1, argv + argc}, record);
-    } catch (const raylign::Error& error) {
-        std::fprintf(stderr, "raylign_robustness: %s\n", error.what());
-        return 2;
-    }
+    });
 }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "bench/bench_scene.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
@@ -72,13 +73,10 @@ int run(const std::string& fast_name, const std::string& slow_name, int voxels, 
 
 int main(int argc, char** argv) {
     const auto number = [&](int i, int fallback) { return argc > i ? std::atoi(argv[i]) : fallback; };
-    try {
+    return raylign::detail::bench::run_program("raylign_speedup", [&] {
         raylign::detail::bench::Record record(argc, argv, "DRRs of two backends",
                                               {"backend", "threads", "DRR, median [ms]", "times as fast"});
         return raylign::detail::bench::run(argc > 1 ? argv[1] : "cpu", argc > 2 ? argv[2] : "reference", number(3, 256),
                                            number(4, 256), number(5, 9), record);
-    } catch (const raylign::Error& error) {
-        std::fprintf(stderr, "raylign_speedup: %s\n", error.what());
-        return 2;
-    }
+    });
 }

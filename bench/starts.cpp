@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/error.h"
 #include "raylign/backends.h"
@@ -141,13 +142,10 @@ int main(int argc, char** argv) {
             "usage: raylign_starts CT [initial_mtre_mm] [seeds] [pixels] [backends] [method] [field_mm] [photons]\n");
         return 2;
     }
-    try {
+    return raylign::detail::bench::run_program("raylign_starts", [&] {
         raylign::detail::bench::Record record(
             argc, argv, "Accuracy on a CT",
             {"views", "backend", "start mTRE [mm]", "success", "of", "time, median [s]", "largest final mTRE [mm]"});
         return raylign::detail::bench::run(argc, argv, record);
-    } catch (const raylign::Error& error) {
-        std::fprintf(stderr, "raylign_starts: %s\n", error.what());
-        return 2;
-    }
+    });
 }

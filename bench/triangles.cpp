@@ -9,12 +9,12 @@
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
-#include <ctime>
 #include <functional>
 #include <iostream>
 #include <numbers>
 
 #include "bench/implant_xray.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "bench/triangle_drr.h"
 #include "core/base/median.h"
@@ -35,12 +35,6 @@ namespace {
 
 constexpr double kMostVoxels = 4e8, kVoxel_px = 2.0 / 3, kStep_mm = 0.05;
 constexpr int kMargin_px = 40;
-
-double processor_s() {
-    timespec time{};
-    (void)clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 struct Settings : ImplantXray {
     std::string model, views, pose, material = "cobalt-chrome";
@@ -201,10 +195,6 @@ int run(int argc, char** argv) {
 }  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
-    try {
-        return raylign::detail::bench::run(argc, argv);
-    } catch (const raylign::Error& error) {
-        std::cerr << "raylign_triangles: " << error.what() << "\n";
-        return 2;
-    }
+    using namespace raylign::detail::bench;
+    return run_program("raylign_triangles", [&] { return run(argc, argv); });
 }

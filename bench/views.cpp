@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/program.h"
 #include "bench/record.h"
 #include "bench/robustness_scene.h"
 #include "core/base/error.h"
@@ -207,15 +208,12 @@ int main(int argc, char** argv) {
                      "usage: raylign_views CT [scenes] [errors] [trials] [angles_deg] [plain|refined] [pixels]\n");
         return 2;
     }
-    try {
+    return raylign::detail::bench::run_program("raylign_views", [&] {
         raylign::detail::bench::Record record(
             argc, argv, "Views that contradict each other",
             {"scene", "views apart [deg]", "camera off by", "cameras", "mTRE, p50 [mm]", "mTRE, max [mm]",
              "significance, p50", "significance, max", "correction off by [sigma], p50", "said to contradict",
              "doubtful", "of", "time, median [s]"});
         return raylign::detail::bench::run(argc, argv, record);
-    } catch (const raylign::Error& error) {
-        std::fprintf(stderr, "raylign_views: %s\n", error.what());
-        return 2;
-    }
+    });
 }

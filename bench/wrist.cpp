@@ -14,6 +14,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "bench/program.h"
 #include "bench/record.h"
 #include "bench/wrist_together.h"
 #include "core/base/error.h"
@@ -134,7 +135,7 @@ int main(int argc, char** argv) {
                      "usage: raylign_wrist FOLDER [near|global|together] [starts] [mTRE_mm] [backend] [instants]\n");
         return 2;
     }
-    try {
+    return raylign::detail::bench::run_program("raylign_wrist", [&] {
         using Columns = std::vector<std::string>;
         const bool is_together = argc > 2 && std::string(argv[2]) == "together";
         const Columns one{"search",
@@ -165,8 +166,5 @@ int main(int argc, char** argv) {
             is_together ? "Real X-rays: radius and metacarpals of a wrist" : "Real X-rays: the radius of a wrist",
             is_together ? two : one);
         return raylign::detail::bench::run(argc, argv, record);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "raylign_wrist: %s\n", error.what());
-        return 2;
-    }
+    });
 }

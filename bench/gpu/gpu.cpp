@@ -19,6 +19,7 @@
 #include "bench/bench_scene.h"
 #include "bench/gpu/ceiling.h"
 #include "bench/gpu/counted_api.h"
+#include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/median.h"
 #include "raylign/registration.h"
@@ -279,10 +280,6 @@ int run(int argc, char** argv) {
 }  // namespace raylign::detail::bench
 
 int main(int argc, char** argv) {
-    try {
-        return raylign::detail::bench::run(argc, argv);
-    } catch (const raylign::Error& error) {
-        std::fprintf(stderr, "raylign_gpu: %s\n", error.what());
-        return 2;
-    }
+    using namespace raylign::detail::bench;
+    return run_program("raylign_gpu", [&] { return run(argc, argv); });
 }

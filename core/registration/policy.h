@@ -8,10 +8,11 @@ namespace raylign::detail {
 inline constexpr double kWeakCost = 0.5;
 /// Cost of a whole on the coarsest level, where noise is averaged away, from which on finer levels would be wasted.
 inline constexpr double kHopelessCost = 0.7;
-/// Cost of a part from which on it is doubted: other tissue is expected, but this is what unrelated edges reach.
+/// Cost of a part's only view from which on it is doubted: other tissue is expected, but this is what unrelated edges
+/// reach. Of several views: trust/verdict.cpp.
 inline constexpr double kWeakCost_part = 0.8;
-/// Cost of a part on a level from which on it will be doubted whatever comes: no finer level has been seen to make up
-/// for 0.15. What is left to do is done with few iterations.
+/// Cost of a part on a level, the mean of its views, from which on it will be doubted whatever comes: no finer level
+/// has been seen to make up for 0.15. What is left to do is done with few iterations.
 inline constexpr double kHopelessCost_part = kWeakCost_part + 0.15;
 /// Cost below which noise is all that is left: weights would only cost time.
 inline constexpr double kRobustFrom_cost = 0.005;

@@ -21,8 +21,8 @@ constexpr double kWeakCost_whole = 0.4;
 /// a chest had views of up to 0.89.
 constexpr double kUnseenCost_part = 0.9;
 /// Of a part's views, the mean, less half of what the next place leaves more: the right place is far ahead, and of many
-/// wrong ones the best is not. 179 of 200 right vertebrae of a chest have less, 21 of 50 wrong ones that were within
-/// the search's range more, nearly all of those where the right place was not (bench/README.md).
+/// wrong ones the best is not. 177 of 200 right vertebrae of a chest have less; more have 26 of 50 wrong ones from
+/// starts within the search's range, and 39 of 47 from starts that begin farther off (bench/README.md).
 constexpr double kWeakMean_part = 0.715, kShareOfLead = 0.5, kLargestLead = 0.1;
 constexpr double kWeakCost_found = 0.65;  // of a part that was found anywhere: of so many places some fit by chance
 constexpr double kMostCovered = 0.7;      // of the image: little is left for other tissue to explain

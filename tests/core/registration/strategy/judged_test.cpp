@@ -73,5 +73,18 @@ TEST(LookAbout, APlaceThatIsHardlySeenLeadsNowhere) {
     EXPECT_EQ(candidates.front().cost, 0.9);
 }
 
+TEST(ReportRivals, ForgetsThoseOfASearchBefore) {
+    OneOfTheSpine c;
+    const RigidTransform near = RigidTransform::translate({20, 0, 0}) * c.truth;
+    const RigidTransform far = RigidTransform::translate({0, 40, 0}) * c.truth;
+    report_rivals(c.run, {{c.truth, 0.5, 3}, {near, 0.6, 1}, {far, 0.7, 1}}, 1);
+    ASSERT_EQ(c.run.result.search.rivals.size(), 2U);
+    report_rivals(c.run, {{near, 0.4, 2}, {far, 0.8, 1}}, 1);  // costs of other pixels
+    ASSERT_EQ(c.run.result.search.rivals.size(), 1U);
+    EXPECT_EQ(c.run.result.search.rivals.front().cost, 0.8);
+    EXPECT_EQ(c.run.result.search.cost, 0.4);
+    EXPECT_EQ(c.run.result.search.agreeing, 2);
+}
+
 }  // namespace
 }  // namespace raylign::detail
