@@ -2,7 +2,7 @@
 
 # What the program needs. ITK's package of Debian 13 only recommends FFTW, and its libraries do not link without it.
 program_packages=(g++ cmake ninja-build libeigen3-dev libnlopt-dev libtbb-dev libxsimd-dev libinsighttoolkit5-dev libfftw3-dev
-                  libgdcm-dev libhdf5-dev libtiff-dev libpng-dev libjpeg-dev libexpat1-dev libassimp-dev libyaml-cpp-dev zlib1g-dev libssl-dev nlohmann-json3-dev
+                  libgdcm-dev libhdf5-dev libtiff-dev libpng-dev libjpeg-dev libexpat1-dev libassimp-dev libmeshoptimizer-dev libyaml-cpp-dev zlib1g-dev libssl-dev nlohmann-json3-dev
                   libcli11-dev libopenmpi-dev openmpi-bin libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri)
 # And the tests: GoogleTest, Google Benchmark, a second compiler of shaders; report pages are bundled with their charts and opened in a real browser.
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev glslang-tools python3 pkg-config

@@ -1,11 +1,10 @@
-// Whether an engine of triangles would serve models better than their voxels do: one descent by each way of making a
-// DRR and its derivatives, from the same start on the same simulated X-ray, everything else alike.
+// What a model's triangles are worth where DRRs are made from them instead of from voxels: one descent by each, from
+// the same start on the same simulated X-ray, everything else alike.
 //   raylign_triangles MODEL VIEWS POSE [--material M] [--poses N] [--first N] [--sigma PX] [--json FILE]
 // VIEWS has the camera (and an image, whose pixels do not count), POSE is where truth is near; truth, X-ray and start
-// as raylign_implant has them. voxels: of two thirds of a pixel, the spacing chosen unasked, by the backend cpu on one
-// thread, on the object's window. planes n: rays through the triangles, n x n a pixel, derivatives of the planes.
-// differences 2: the same rays, derivatives as differences of twelve DRRs. All are filtered and summed by the oracle's
-// code, the fine filter of a part's finish, without robust weights. Where they end tells what each makes of an outline.
+// as raylign_implant has them. voxels: of two thirds of a pixel, the spacing chosen unasked. Both by the backend cpu on
+// one thread, on the object's window; filtered and summed by the oracle's code, the fine filter of a part's finish,
+// without robust weights. Where they end tells what each makes of an outline.
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
@@ -16,7 +15,6 @@
 #include "bench/implant_xray.h"
 #include "bench/program.h"
 #include "bench/record.h"
-#include "bench/triangle_drr.h"
 #include "core/base/median.h"
 #include "core/image/transmission.h"
 #include "core/image/view_crop.h"
@@ -33,7 +31,7 @@
 namespace raylign::detail::bench {
 namespace {
 
-constexpr double kMostVoxels = 4e8, kVoxel_px = 2.0 / 3, kStep_mm = 0.05;
+constexpr double kMostVoxels = 4e8, kVoxel_px = 2.0 / 3;
 constexpr int kMargin_px = 40;
 
 struct Settings : ImplantXray {
@@ -102,22 +100,20 @@ void descend(Engine& engine, const View& view, const Similarity& similarity, con
               << " linearizations, DRR with derivatives " << 1e3 * median(engine.draw_s) << " ms" << std::endl;
 }
 
-std::vector<Engine> engines_of(const Model& model, std::unique_ptr<Session>& session) {
+/// The two ways that a session makes a model's DRRs.
+struct Sessions {
+    std::unique_ptr<Session> resident, current;
+};
+
+std::vector<Engine> engines_of(const Model& model, std::array<Sessions, 2>& sessions) {
     const Eigen::Vector3d centre = model.extent.centre_ct_mm;
-    std::vector<Engine> engines{{"voxels", [&session, centre](const View&, const RigidTransform& pose) {
-                                     return session->render_with_derivatives(pose, centre, 0);
-                                 }}};
-    for (const int samples : {1, 2, 3}) {
-        const TriangleDrr drr{model.mesh, model.mu_per_mm, samples};
-        engines.push_back({"planes " + std::to_string(samples), [drr, centre](const View& view, const auto& pose) {
-                               return drr.by_planes(view, pose, centre);
+    std::vector<Engine> engines;
+    for (std::size_t i = 0; i < sessions.size(); ++i) {
+        const Sessions& own = sessions[i];
+        engines.push_back({i == 0 ? "voxels" : "triangles", [&own, centre](const View&, const RigidTransform& pose) {
+                               return own.current->render_with_derivatives(pose, centre, 0);
                            }});
     }
-    const TriangleDrr drr{model.mesh, model.mu_per_mm, 2};
-    engines.push_back(
-        {"differences 2", [drr, centre, radius_mm = model.extent.radius_mm](const View& view, const auto& pose) {
-             return drr.by_differences(view, pose, centre, kStep_mm, radius_mm);
-         }});
     return engines;
 }
 
@@ -149,8 +145,12 @@ void measure(const Settings& settings, Record& record) {
     BackendOptions one_thread;
     one_thread.cpu.threads = 1;
     const auto backend = create_backend("cpu", one_thread).backend;
-    std::unique_ptr<Session> resident, session;
-    std::vector<Engine> engines = engines_of(model, session);
+    Volume exact = model.volume;
+    exact.surface = std::make_shared<const Surface>(
+        Surface{model.mesh.vertices_mm, model.mesh.triangles,
+                std::vector<float>(model.mesh.triangles.size(), static_cast<float>(model.mu_per_mm))});
+    std::array<Sessions, 2> sessions;
+    std::vector<Engine> engines = engines_of(model, sessions);
     for (int i = settings.first; i < settings.first + settings.poses; ++i) {
         Random random(static_cast<std::uint64_t>(i));
         const RigidTransform truth = moved(near, near * middle_ct, 10, 10, random);
@@ -159,8 +159,13 @@ void measure(const Settings& settings, Record& record) {
         view.by_transmission = true;
         view = as_compared({&view, 1}).front();
         view = crop(view, reached_pixels(view.geometry, model.volume.grid, truth, kMargin_px));
-        if (!resident) resident = backend->prepare({model.volume, {&view, 1}, {}, similarity});
-        session = resident->with_views({&view, 1}, similarity);
+        for (std::size_t k = 0; k < sessions.size(); ++k) {
+            Sessions& own = sessions[k];
+            if (!own.resident) {
+                own.resident = backend->prepare({k == 0 ? model.volume : exact, {&view, 1}, {}, similarity});
+            }
+            own.current = own.resident->with_views({&view, 1}, similarity);
+        }
         for (Engine& engine : engines) descend(engine, view, similarity, model.extent, start, truth);
     }
     const std::string name = settings.model.substr(settings.model.find_last_of('/') + 1);
@@ -171,12 +176,12 @@ void measure(const Settings& settings, Record& record) {
 }
 
 int run(int argc, char** argv) {
-    Record record(argc, argv, "Voxels against rays through triangles",
+    Record record(argc, argv, "A model by its voxels and by its triangles",
                   {"model", "DRR by", "DRR with derivatives, 1 thread, p50 [ms]", "depth, mean [mm]", "depth, rms [mm]",
                    "in plane, p50 [mm]", "turn, p50 [deg]", "linearizations, p50"});
     Settings settings;
     settings.blur_mm = 0.34;
-    CLI::App app("Voxels against rays through triangles");
+    CLI::App app("A model by its voxels and by its triangles");
     app.add_option("model", settings.model)->required();
     app.add_option("views", settings.views)->required();
     app.add_option("pose", settings.pose)->required();

@@ -36,7 +36,7 @@ raylign_copyright(program raylign)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libraylign-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libnlopt-dev, libinsighttoolkit5-dev, libfftw3-dev, libexpat1-dev, \
-libassimp-dev, libhdf5-dev, libjpeg-dev, nlohmann-json3-dev, libssl-dev, libpng-dev, libtiff-dev, libyaml-cpp-dev, zlib1g-dev, libgdcm-dev")
+libassimp-dev, libmeshoptimizer-dev, libhdf5-dev, libjpeg-dev, nlohmann-json3-dev, libssl-dev, libpng-dev, libtiff-dev, libyaml-cpp-dev, zlib1g-dev, libgdcm-dev")
 if(RAYLIGN_BUILD_CPU)
   string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libtbb-dev")
 endif()

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/geometry/camera.h"
+#include "core/surface/surface_drr.h"
 
 namespace raylign {
 using namespace detail;
@@ -156,11 +157,15 @@ Session::Session(const Scene& scene)
       similarity_(scene.similarity),
       channel_count_(detail::channel_count(scene.similarity.metric)) {
     check_scene(scene);
+    if (scene.volume.surface) surface_ = std::make_shared<const SurfaceDrr>(*scene.volume.surface, grid_);
     take_views(scene.views);
 }
 
 Session::Session(const Session& resident, std::span<const View> views, const Similarity& similarity)
-    : grid_(resident.grid_), similarity_(similarity), channel_count_(detail::channel_count(similarity.metric)) {
+    : grid_(resident.grid_),
+      surface_(resident.surface_),
+      similarity_(similarity),
+      channel_count_(detail::channel_count(similarity.metric)) {
     check_views(views);
     take_views(views);
 }

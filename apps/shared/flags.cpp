@@ -25,6 +25,10 @@ void add_model_flags(CLI::App& command, VolumeFlags& flags) {
     describe(command.add_option("--mesh-spacing", flags.mesh_spacing_mm,
                                 "Voxels that a model is cut into; default 0: two thirds of a pixel of the views there"),
              "MM", kObjectGroup);
+    describe(
+        command.add_option("--mesh-drr", flags.mesh_drr,
+                           "What a model's DRRs are made from: its triangles (exact) or its voxels; default triangles"),
+        "triangles|voxels", kObjectGroup);
     describe(command.add_option("--mesh-unit", flags.mesh_unit, "Unit of a model: mm, cm, m or in; default mm"), "UNIT",
              kObjectGroup);
 }

@@ -30,6 +30,7 @@ struct VolumeFlags {
     std::optional<double> bone_threshold, clip;  ///< HU (1/mm with attenuation)
     std::vector<std::string> materials;          ///< of a model: MATERIAL, or NAME=MATERIAL for one of several objects
     double mesh_spacing_mm = 0;                  ///< of a model's voxels; 0 = by the views
+    std::string mesh_drr;                        ///< of a model: triangles or voxels; "" = triangles
     std::string mesh_unit;                       ///< of a model; "" = mm
 };
 

@@ -104,11 +104,12 @@ void settle_conflicts(const VolumeFlags& flags) {
     if (flags.attenuation && (!flags.hu_preset.empty() || flags.hu_offset != 0)) {
         throw Error("--attenuation contradicts --hu and --hu-offset: voxels are either HU or 1/mm");
     }
-    const bool is_for_model = !flags.materials.empty() || flags.mesh_spacing_mm != 0 || !flags.mesh_unit.empty();
+    const bool is_for_model =
+        !flags.materials.empty() || flags.mesh_spacing_mm != 0 || !flags.mesh_unit.empty() || !flags.mesh_drr.empty();
     if (is_for_model && !flags.file.empty() && !is_model(flags.file)) {
         throw Error(flags.file.string() +
-                    " is no model (STL, OBJ, PLY): --material, --mesh-spacing and --mesh-unit must "
-                    "be left out");
+                    " is no model (STL, OBJ, PLY): --material, --mesh-spacing, --mesh-drr and --mesh-unit "
+                    "must be left out");
     }
 }
 
@@ -161,6 +162,10 @@ VolumeReadOptions volume_read_options(const VolumeFlags& flags) {
     options.material = material_of(flags.materials, "");
     options.mesh_spacing_mm = given(flags.mesh_spacing_mm);
     options.mesh_unit = flags.mesh_unit;
+    if (!flags.mesh_drr.empty() && flags.mesh_drr != "triangles" && flags.mesh_drr != "voxels") {
+        throw bad_value("--mesh-drr", flags.mesh_drr, "triangles or voxels");
+    }
+    options.keeps_surface = flags.mesh_drr != "voxels";
     if (!flags.spacing.empty()) options.spacing_mm = parse_triple(flags.spacing, "--spacing");
     options.object = object_region(flags);
     return options;

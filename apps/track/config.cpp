@@ -9,10 +9,11 @@ namespace raylign::detail::apps {
 namespace {
 
 Json volume_settings(const VolumeFlags& flags) {
-    Json json{{"hu", flags.hu_preset},       {"hu_offset", flags.hu_offset}, {"attenuation", flags.attenuation},
-              {"series", flags.series},      {"spacing", flags.spacing},     {"label", flags.label},
-              {"object", flags.object},      {"materials", flags.materials}, {"mesh_spacing_mm", flags.mesh_spacing_mm},
-              {"mesh_unit", flags.mesh_unit}};
+    Json json{
+        {"hu", flags.hu_preset},        {"hu_offset", flags.hu_offset}, {"attenuation", flags.attenuation},
+        {"series", flags.series},       {"spacing", flags.spacing},     {"label", flags.label},
+        {"object", flags.object},       {"materials", flags.materials}, {"mesh_spacing_mm", flags.mesh_spacing_mm},
+        {"mesh_unit", flags.mesh_unit}, {"mesh_drr", flags.mesh_drr}};
     json["bone_threshold"] = or_null(flags.bone_threshold);
     json["clip"] = or_null(flags.clip);
     return json;

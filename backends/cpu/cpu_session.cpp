@@ -7,6 +7,7 @@
 
 #include "core/geometry/dominant_axis.h"
 #include "core/image/gradient_filter.h"
+#include "core/surface/surface_drr.h"
 
 namespace raylign::detail::cpu {
 namespace {
@@ -64,8 +65,10 @@ CpuSession::CpuSession(const Scene& scene, const KernelTable& kernels, const Sto
       channels_(channel_count()) {
     const auto start = Clock::now();
     make_plans(scene.views, scene.similarity);
-    layouts_ = std::make_shared<VolumeLayouts>(
-        make_layouts(scene.volume, storage, all_axes() ? first_axis(scene) : 2, workers_));
+    if (!surface()) {
+        layouts_ = std::make_shared<VolumeLayouts>(
+            make_layouts(scene.volume, storage, all_axes() ? first_axis(scene) : 2, workers_));
+    }
     timing_.prepare_s += seconds_since(start);
 }
 
@@ -86,6 +89,9 @@ CpuSession::CpuSession(const CpuSession& resident, std::span<const View> views, 
 std::unique_ptr<Session> CpuSession::with_views(std::span<const View> views, const Similarity& similarity) {
     return std::make_unique<CpuSession>(*this, views, similarity);
 }
+
+std::size_t CpuSession::volume_bytes() const { return surface() ? surface()->bytes() : layouts_->bytes(); }
+std::string CpuSession::volume_layout() const { return surface() ? surface()->description() : layouts_->description(); }
 
 /// All that depends on the views: their plans, and what threads work in.
 void CpuSession::make_plans(std::span<const View> views, const Similarity& similarity) {
@@ -120,7 +126,7 @@ bool CpuSession::all_axes() const { return render_.projector == Projector::josep
 
 /// Most poses need one or two of the three axes, so layouts are made when a ray first asks for them.
 void CpuSession::make_layouts_for(const RayFrame& frame) {
-    if (!all_axes() || axes_made_ == 7) return;
+    if (surface() || !all_axes() || axes_made_ == 7) return;
     const unsigned axes = axes_met(frame, views_[frame.view].size_px, axes_made_);
     if (axes == 0) return;
     const auto start = Clock::now();
@@ -159,6 +165,25 @@ void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* deriva
     slot.cast_s += seconds_since(start);
 }
 
+void CpuSession::draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, float* image,
+                              std::ptrdiff_t stride) {
+    const SurfaceProjection seen = surface()->project(frame, views_[frame.view].size_px);
+    const DrrTarget target{image, stride, static_cast<std::ptrdiff_t>(image_floats_)};
+    workers_.run(seen.bands.size(), [&](std::size_t band, int thread) {
+        const auto start = Clock::now();
+        surface()->draw(seen, frame, derivatives, band, target);
+        slots_[thread].cast_s += seconds_since(start);
+    });
+}
+
+void CpuSession::draw_surfaces(const Work& work) {
+    for (std::size_t i = 0; i < work.frames.size(); ++i) {
+        const RayFrame& frame = work.frames[i];
+        draw_surface(frame, work.of_surface.empty() ? nullptr : &work.of_surface[i],
+                     &images_[i * work.images_per_frame() * image_floats_], views_[frame.view].stride);
+    }
+}
+
 void CpuSession::sum_band(const Work& work, std::size_t frame, int band, const float* image, Slot& slot) {
     const auto start = Clock::now();
     const ViewPlan& view = views_[work.frames[frame].view];
@@ -188,7 +213,7 @@ void CpuSession::sum_band(const Work& work, std::size_t frame, int band, const f
 }
 
 void CpuSession::accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) {
-    accumulate_all<MomentSums>(frames, {}, sums);
+    accumulate_all<MomentSums>({frames, {}}, sums);
 }
 
 void CpuSession::accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
@@ -197,27 +222,29 @@ void CpuSession::accumulate(std::span<const RayFrame> frames, std::span<const Ra
     floats.reserve(derivatives.size());
     for (const RayFrameDerivatives& d : derivatives) floats.push_back(frame_derivatives(d));
     for (Slot& slot : slots_) slot.band_scratch.resize(derivative_scratch_floats(widest_, radius_));
-    accumulate_all<JacobianSums>(frames, floats, sums);
+    accumulate_all<JacobianSums>({frames, floats, derivatives}, sums);
 }
 
 template <class Sums>
-void CpuSession::accumulate_all(std::span<const RayFrame> frames, std::span<const FrameDerivatives> derivatives,
-                                std::span<Sums> sums) {
+void CpuSession::accumulate_all(const Work& all, std::span<Sums> sums) {
+    const std::span<const RayFrame> frames = all.frames;
     for (const RayFrame& frame : frames) make_layouts_for(frame);
     const auto start = Clock::now();
-    const std::size_t images = derivatives.empty() ? 1 : 1 + kParameters;
+    const bool has_derivatives = !all.derivatives.empty();
+    const std::size_t images = all.images_per_frame();
     // Of small images in large batches each thread takes a frame. Else they share its tiles, which balances better.
-    const bool whole =
-        image_floats_ <= std::size_t{128} * 128 && frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
+    const bool whole = !surface() && image_floats_ <= std::size_t{128} * 128 &&
+                       frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
     const std::size_t group =
         whole ? frames.size() : std::max<std::size_t>(1, kImagesInWork / (images * image_floats_));
     for (std::size_t begin = 0; begin < frames.size(); begin += group) {
         const std::size_t count = std::min(group, frames.size() - begin);
-        const Work work{frames.subspan(begin, count),
-                        derivatives.empty() ? derivatives : derivatives.subspan(begin, count)};
+        Work work{frames.subspan(begin, count), {}};
+        if (has_derivatives) work.derivatives = all.derivatives.subspan(begin, count);
+        if (has_derivatives) work.of_surface = all.of_surface.subspan(begin, count);
         const std::size_t partials = count * bands_ * channels_;
-        if (derivatives.empty() && partials_.size() < partials) partials_.resize(partials);
-        if (!derivatives.empty() && derivative_partials_.size() < partials) derivative_partials_.resize(partials);
+        if (!has_derivatives && partials_.size() < partials) partials_.resize(partials);
+        if (has_derivatives && derivative_partials_.size() < partials) derivative_partials_.resize(partials);
         whole ? whole_frames(work) : tiled_frames(work);
         add_partials(work, sums.subspan(begin * channels_));
     }
@@ -242,6 +269,7 @@ void CpuSession::tiled_frames(const Work& work) {
     if (images_.size() < work.frames.size() * frame_floats) images_.resize(work.frames.size() * frame_floats);
     int tiles = 0;
     for (const ViewPlan& view : views_) tiles = std::max(tiles, view.tiles());
+    if (surface()) tiles = 0;
     workers_.run(work.frames.size() * tiles, [&](std::size_t turn, int thread) {
         const std::size_t i = turn / tiles;
         const int tile = static_cast<int>(turn % tiles);
@@ -250,6 +278,7 @@ void CpuSession::tiled_frames(const Work& work) {
         cast_tile(work.frames[i], work.derivatives_of(i), tile, &images_[i * frame_floats], view.stride, true,
                   slots_[thread]);
     });
+    if (surface()) draw_surfaces(work);
     workers_.run(work.frames.size() * bands_, [&](std::size_t turn, int thread) {
         const std::size_t i = turn / bands_;
         const int band = static_cast<int>(turn % bands_);
@@ -308,7 +337,8 @@ Image CpuSession::render_frame(const RayFrame& frame) {
     const auto start = Clock::now();
     const ViewPlan& view = views_[frame.view];
     Image drr(view.size_px.x(), view.size_px.y());
-    workers_.run(view.tiles(), [&](std::size_t tile, int thread) {
+    if (surface()) draw_surface(frame, nullptr, drr.pixels.data(), drr.width);
+    workers_.run(surface() ? 0 : view.tiles(), [&](std::size_t tile, int thread) {
         cast_tile(frame, nullptr, static_cast<int>(tile), drr.pixels.data(), drr.width, false, slots_[thread]);
     });
     share_time(seconds_since(start));
@@ -321,7 +351,8 @@ DrrWithDerivatives CpuSession::render_frame(const RayFrame& frame, const RayFram
     const ViewPlan& view = views_[frame.view];
     const FrameDerivatives floats = frame_derivatives(derivatives);
     images_.resize(std::max(images_.size(), (1 + kParameters) * image_floats_));
-    workers_.run(view.tiles(), [&](std::size_t tile, int thread) {
+    if (surface()) draw_surface(frame, &derivatives, images_.data(), view.stride);
+    workers_.run(surface() ? 0 : view.tiles(), [&](std::size_t tile, int thread) {
         cast_tile(frame, &floats, static_cast<int>(tile), images_.data(), view.stride, false, slots_[thread]);
     });
     const auto image = [&](int i) {

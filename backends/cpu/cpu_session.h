@@ -19,8 +19,8 @@ public:
     /// Other views of the volume of `resident`.
     CpuSession(const CpuSession& resident, std::span<const View> views, const Similarity& similarity);
 
-    [[nodiscard]] std::size_t volume_bytes() const override { return layouts_->bytes(); }
-    [[nodiscard]] std::string volume_layout() const override { return layouts_->description(); }
+    [[nodiscard]] std::size_t volume_bytes() const override;
+    [[nodiscard]] std::string volume_layout() const override;
     [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
                                                       const Similarity& similarity) override;
     void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) override {
@@ -46,7 +46,8 @@ private:
     /// Frames in work at once. With derivatives, each has six more images behind its own.
     struct Work {
         std::span<const RayFrame> frames;
-        std::span<const FrameDerivatives> derivatives;  ///< one per frame, or none
+        std::span<const FrameDerivatives> derivatives;         ///< one per frame, or none
+        std::span<const RayFrameDerivatives> of_surface = {};  ///< the same in double
 
         [[nodiscard]] std::size_t images_per_frame() const { return derivatives.empty() ? 1 : 1 + kParameters; }
         [[nodiscard]] const FrameDerivatives* derivatives_of(std::size_t frame) const {
@@ -61,14 +62,18 @@ private:
     /// Casts one tile; `derivatives` may be null.
     void cast_tile(const RayFrame& frame, const FrameDerivatives* derivatives, int tile, float* image,
                    std::ptrdiff_t stride, bool only_needed, Slot& slot);
+    /// Draws all of the surface's DRR, on all threads.
+    void draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, float* image,
+                      std::ptrdiff_t stride);
+    /// The same of all frames in work.
+    void draw_surfaces(const Work& work);
     void sum_band(const Work& work, std::size_t frame, int band, const float* image, Slot& slot);
     void whole_frames(const Work& work);
     void tiled_frames(const Work& work);
     void add_partials(const Work& work, std::span<MomentSums> sums) const;
     void add_partials(const Work& work, std::span<JacobianSums> sums) const;
     template <class Sums>
-    void accumulate_all(std::span<const RayFrame> frames, std::span<const FrameDerivatives> derivatives,
-                        std::span<Sums> sums);
+    void accumulate_all(const Work& all, std::span<Sums> sums);
     void share_time(double wall_s);
 
     const KernelTable& kernels_;
@@ -79,7 +84,7 @@ private:
     int channels_, radius_ = 0;
     std::vector<float> smooth_, derivative_;
     std::vector<ViewPlan> views_;
-    std::shared_ptr<VolumeLayouts> layouts_;  ///< of all sessions on this volume
+    std::shared_ptr<VolumeLayouts> layouts_;  ///< of all sessions on this volume; null where it has a surface
     unsigned axes_made_ = 0;                  ///< bit i: make_layouts_for has seen to axis i
     std::vector<Slot> slots_;
     std::vector<float> images_;       ///< of the frames in work, where several threads share one

@@ -37,7 +37,10 @@ PipelineSession<AnyPipeline>::PipelineSession(std::shared_ptr<Context> context, 
                                               const typename AnyPipeline::Options& options)
     : Session(scene), context_(std::move(context)), options_(options) {
     check_ceilings<AnyPipeline>(scene.views);
-    prepare([&] { return DeviceScene(*context_, scene, fixed(), {options.storage, options.exact, options.crop}); });
+    for (const View& view : scene.views) sizes_px_.push_back(view.geometry.camera.size_px);
+    const Volume none{{.size = {1, 1, 1}}, {1}};  // of a surface no voxel goes to the device
+    const Scene sent{draws_surface() ? none : scene.volume, scene.views, scene.render, scene.similarity};
+    prepare([&] { return DeviceScene(*context_, sent, fixed(), {options.storage, options.exact, options.crop}); });
 }
 
 template <class AnyPipeline>
@@ -45,6 +48,7 @@ PipelineSession<AnyPipeline>::PipelineSession(const PipelineSession& resident, s
                                               const Similarity& similarity)
     : Session(resident, views, similarity), context_(resident.context_), options_(resident.options_) {
     check_ceilings<AnyPipeline>(views);
+    for (const View& view : views) sizes_px_.push_back(view.geometry.camera.size_px);
     prepare([&] { return DeviceScene(*resident.pipeline_, views, similarity, fixed()); });
 }
 
@@ -55,7 +59,36 @@ void PipelineSession<AnyPipeline>::prepare(const Make& make_scene) {
     fixed_sums_ = fixed_sums(fixed());
     const Current current(*context_);
     pipeline_ = std::make_unique<AnyPipeline>(make_scene(), options_);
+    if constexpr (std::is_same_v<AnyPipeline, Pipeline>) {
+        if (draws_surface()) {
+            pipeline_->draw_by([this](const RayFrame& frame, const RayFrameDerivatives* derivatives,
+                                      const DrrTarget& target) { draw_surface(frame, derivatives, target); });
+        }
+    }
     timing_.prepare_s += seconds_since(start);
+}
+
+template <class AnyPipeline>
+bool PipelineSession<AnyPipeline>::draws_surface() const {
+    return surface() && std::is_same_v<AnyPipeline, Pipeline>;
+}
+
+template <class AnyPipeline>
+std::size_t PipelineSession<AnyPipeline>::volume_bytes() const {
+    return draws_surface() ? surface()->bytes() : pipeline_->volume_bytes();
+}
+
+template <class AnyPipeline>
+std::string PipelineSession<AnyPipeline>::volume_layout() const {
+    return draws_surface() ? surface()->description() : pipeline_->volume_text();
+}
+
+template <class AnyPipeline>
+void PipelineSession<AnyPipeline>::draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives,
+                                                const DrrTarget& target) {
+    const SurfaceProjection seen = surface()->project(frame, sizes_px_[frame.view]);
+    for_each_index(seen.bands.size(),
+                   [&](std::size_t band) { surface()->draw(seen, frame, derivatives, band, target); });
 }
 
 template <class AnyPipeline>

@@ -20,8 +20,8 @@ public:
     PipelineSession(const PipelineSession& resident, std::span<const View> views, const Similarity& similarity);
     ~PipelineSession() override;
 
-    [[nodiscard]] std::size_t volume_bytes() const override { return pipeline_->volume_bytes(); }
-    [[nodiscard]] std::string volume_layout() const override { return pipeline_->volume_text(); }
+    [[nodiscard]] std::size_t volume_bytes() const override;
+    [[nodiscard]] std::string volume_layout() const override;
     [[nodiscard]] std::unique_ptr<Session> with_views(std::span<const View> views,
                                                       const Similarity& similarity) override {
         return std::make_unique<PipelineSession>(*this, views, similarity);
@@ -38,6 +38,9 @@ protected:
     void weights_changed() override;
 
 private:
+    /// True where DRRs are drawn on the host, from the volume's surface. The paper's pipeline casts rays in any case.
+    [[nodiscard]] bool draws_surface() const;
+    void draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, const DrrTarget& target);
     template <class Make>
     void prepare(const Make& make_scene);
     template <class Work>
@@ -47,7 +50,8 @@ private:
     std::shared_ptr<Context> context_;
     typename AnyPipeline::Options options_;
     std::unique_ptr<AnyPipeline> pipeline_;
-    std::vector<MomentSums> fixed_sums_;  ///< [view][channel], the moving ones 0
+    std::vector<MomentSums> fixed_sums_;     ///< [view][channel], the moving ones 0
+    std::vector<Eigen::Vector2i> sizes_px_;  ///< of the views
 };
 
 extern template class PipelineSession<Pipeline>;

@@ -72,7 +72,8 @@ std::size_t Pipeline::bytes_per_frame(const Job& job) const {
 void Pipeline::need_work(const Job& job, std::size_t frames) {
     const std::size_t floats = frames * job.images_per_frame * image_floats_;
     if (images_floats_ < floats) {
-        images_ = make_storage(context_, "images in work", floats * sizeof(float), 0);
+        images_ =
+            make_storage(context_, "images in work", floats * sizeof(float), drawing_ ? GL_DYNAMIC_STORAGE_BIT : 0);
         if (channels_ == 2) rows_ = make_storage(context_, "images filtered along x", 2 * floats * sizeof(float), 0);
         images_floats_ = floats;
     }

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "backends/gl/chunks.h"
 #include "backends/gl/device_scene.h"
 #include "backends/gl/programs.h"
+#include "core/surface/surface_drr.h"
 
 namespace raylign::detail::gl {
 
@@ -27,6 +29,9 @@ struct ReadBack {
     void need(Context& context, std::string_view label, std::size_t count);
 };
 
+/// Draws the DRR of a frame on the host, and its derivatives unless they are null.
+using HostDrawing = std::function<void(const RayFrame&, const RayFrameDerivatives*, const DrrTarget&)>;
+
 /// A scene on the device, and the passes over it: cast (drr.comp), filter along x (rows.comp), filter along y with the
 /// weighted sums of blocks of pixels (moments.comp, jacobian.comp), totals (total.comp). Each frame is worked on alone
 /// and each sum added up in a fixed order, so that the batch does not change a bit. The context must
@@ -36,6 +41,8 @@ public:
     using Options = PipelineOptions;
 
     Pipeline(DeviceScene scene, const PipelineOptions& options);
+    /// From now on images come from the host, not from rays through the volume.
+    void draw_by(HostDrawing drawing) { drawing_ = std::move(drawing); }
 
     /// Sums of all frames, [frame][channel][sum], valid until the next call. No derivatives: kMomentCount each.
     [[nodiscard]] std::span<const double> run(std::span<const RayFrame> frames,
@@ -50,6 +57,7 @@ private:
     /// One run: frames, and how many images and sums each has.
     struct Job {
         std::span<const RayFrame> frames;
+        std::span<const RayFrameDerivatives> slopes = {};
         bool derivatives = false;
         std::size_t images_per_frame = 1, sums_per_frame = 0;
         bool sums = true;  ///< false: only images
@@ -66,9 +74,11 @@ private:
     [[nodiscard]] std::vector<Chunk> chunks_of(const Job& job) const;
     void run_chunk(const Job& job, const Chunk& chunk);
     /// The images of the job's one frame.
-    [[nodiscard]] std::vector<Image> cast_only(const Job& job, std::span<const RayFrameDerivatives> derivatives);
+    [[nodiscard]] std::vector<Image> cast_only(const Job& job);
     [[nodiscard]] std::vector<Image> read_images(std::size_t count, const Eigen::Vector2i& size_px);
     void compile(const Job& job);
+    void cast(const Job& job, const Chunk& chunk);
+    void upload_drawn(const Job& job, const Chunk& chunk);
     void cast_rows(const Job& job, const Chunk& chunk, const Rows& rows);
     void filter(const Job& job, const Chunk& chunk);
     void total(const Job& job, const Chunk& chunk);
@@ -78,6 +88,8 @@ private:
     [[nodiscard]] ProgramSource sums_source(const Job& job, int channel) const;
 
     PipelineOptions options_;
+    HostDrawing drawing_;                                ///< empty: rays are cast on the device
+    std::vector<float> drawn_;                           ///< on the host
     Eigen::Vector2i most_px_ = Eigen::Vector2i::Zero();  ///< columns and rows of the widest and of the highest view
     std::size_t image_floats_ = 0, blocks_ = 0;          ///< the most that one view has
     Buffer fixed_images_;

@@ -43,10 +43,10 @@ std::vector<Chunk> Pipeline::chunks_of(const Job& job) const {
 std::span<const double> Pipeline::run(std::span<const RayFrame> frames,
                                       std::span<const RayFrameDerivatives> derivatives) {
     const bool with_derivatives = !derivatives.empty();
-    const Job job{frames, with_derivatives, with_derivatives ? std::size_t{7} : 1,
+    const Job job{frames, derivatives, with_derivatives, with_derivatives ? std::size_t{7} : 1,
                   channels_ * (with_derivatives ? kJacobianCount : kMomentCount)};
     upload_frames(frames, derivatives);
-    need_layouts(job.frames, job.derivatives);
+    if (!drawing_) need_layouts(job.frames, job.derivatives);
     const std::size_t sums = frames.size() * job.sums_per_frame;
     sums_.need(context_, "sums", sums * sizeof(double));
     compile(job);
@@ -70,9 +70,9 @@ StageSeconds Pipeline::collect_times() {
     return seconds;
 }
 
-std::vector<Image> Pipeline::cast_only(const Job& job, std::span<const RayFrameDerivatives> derivatives) {
-    upload_frames(job.frames, derivatives);
-    need_layouts(job.frames, job.derivatives);
+std::vector<Image> Pipeline::cast_only(const Job& job) {
+    upload_frames(job.frames, job.slopes);
+    if (!drawing_) need_layouts(job.frames, job.derivatives);
     need_work(job, 1);
     bind(job);
     run_chunk(job, chunks_of(job).front());
@@ -98,29 +98,23 @@ std::vector<Image> Pipeline::read_images(std::size_t count, const Eigen::Vector2
 }
 
 Image Pipeline::render(const RayFrame& frame) {
-    return std::move(cast_only({.frames = {&frame, 1}, .sums = false}, {}).front());
+    return std::move(cast_only({.frames = {&frame, 1}, .sums = false}).front());
 }
 
 DrrWithDerivatives Pipeline::render(const RayFrame& frame, const RayFrameDerivatives& derivatives) {
-    std::vector<Image> images = cast_only(
-        {.frames = {&frame, 1}, .derivatives = true, .images_per_frame = 7, .sums = false}, {&derivatives, 1});
+    std::vector<Image> images = cast_only({.frames = {&frame, 1},
+                                           .slopes = {&derivatives, 1},
+                                           .derivatives = true,
+                                           .images_per_frame = 7,
+                                           .sums = false});
     DrrWithDerivatives result{std::move(images.front()), {}};
     for (std::size_t i = 0; i < result.derivatives.size(); ++i) result.derivatives[i] = std::move(images[1 + i]);
     return result;
 }
 
 void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {
-    int height = 0;
-    for (const RayFrame& frame : job.frames.subspan(chunk.first, chunk.count)) {
-        height = std::max(height, sizes_px_[frame.view].y());
-        cast_samples_ += samples(frame, job.derivatives);
-    }
     clock_.begin();
-    const int rows = (height / chunk.row_parts + kTile_px) / kTile_px * kTile_px;
-    for (int first = 0; first < height; first += rows) {
-        cast_rows(job, chunk, {first, std::min(rows, height - first)});
-        if (chunk.row_parts > 1) context_.gl().Flush();
-    }
+    drawing_ ? upload_drawn(job, chunk) : cast(job, chunk);
     clock_.end(Stage::drr);
     if (job.sums) {
         filter(job, chunk);
@@ -129,6 +123,31 @@ void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {
         clock_.end(Stage::reduction);
     }
     context_.gl().Flush();
+}
+
+void Pipeline::cast(const Job& job, const Chunk& chunk) {
+    int height = 0;
+    for (const RayFrame& frame : job.frames.subspan(chunk.first, chunk.count)) {
+        height = std::max(height, sizes_px_[frame.view].y());
+        cast_samples_ += samples(frame, job.derivatives);
+    }
+    const int rows = (height / chunk.row_parts + kTile_px) / kTile_px * kTile_px;
+    for (int first = 0; first < height; first += rows) {
+        cast_rows(job, chunk, {first, std::min(rows, height - first)});
+        if (chunk.row_parts > 1) context_.gl().Flush();
+    }
+}
+
+void Pipeline::upload_drawn(const Job& job, const Chunk& chunk) {
+    const std::size_t frame_floats = job.images_per_frame * image_floats_;
+    drawn_.resize(std::max(drawn_.size(), chunk.count * frame_floats));
+    for (std::size_t i = 0; i < chunk.count; ++i) {
+        const RayFrame& frame = job.frames[chunk.first + i];
+        drawing_(frame, job.derivatives ? &job.slopes[chunk.first + i] : nullptr,
+                 {&drawn_[i * frame_floats], sizes_px_[frame.view].x(), static_cast<std::ptrdiff_t>(image_floats_)});
+    }
+    context_.gl().NamedBufferSubData(
+        images_.id(), 0, static_cast<GLsizeiptr>(chunk.count * frame_floats * sizeof(float)), drawn_.data());
 }
 
 ProgramSource Pipeline::cast_source(const Job& job) const {
@@ -151,7 +170,8 @@ ProgramSource Pipeline::sums_source(const Job& job, int channel) const {
 
 /// All that the job needs: drivers compile side by side what they are asked for at once.
 void Pipeline::compile(const Job& job) {
-    std::vector<ProgramSource> sources{cast_source(job), total_source()};
+    std::vector<ProgramSource> sources{total_source()};
+    if (!drawing_) sources.push_back(cast_source(job));
     if (channels_ == 2) sources.push_back(rows_source());
     for (int channel = 0; channel < (job.derivatives ? channels_ : 1); ++channel) {
         sources.push_back(sums_source(job, channel));

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/geometry/dominant_axis.h"
+#include "core/surface/surface_drr.h"
 
 namespace raylign::detail {
 namespace {
@@ -104,6 +105,20 @@ double march_trilinear(const Volume& volume, const RayFrame& frame, const Eigen:
     return step_mm;
 }
 
+/// The DRR of a surface, and its derivatives.
+std::vector<Image> drawn(const SurfaceDrr& surface, const RayFrame& frame, const RayFrameDerivatives* derivatives,
+                         const Eigen::Vector2i& size_px) {
+    const std::size_t count = derivatives ? 7 : 1, floats = static_cast<std::size_t>(size_px.prod());
+    std::vector<float> all(count * floats);
+    const SurfaceProjection seen = surface.project(frame, size_px);
+    for (std::size_t band = 0; band < seen.bands.size(); ++band) {
+        surface.draw(seen, frame, derivatives, band, {all.data(), size_px.x(), static_cast<std::ptrdiff_t>(floats)});
+    }
+    std::vector<Image> images(count, Image(size_px.x(), size_px.y()));
+    for (std::size_t i = 0; i < count; ++i) std::copy_n(&all[i * floats], floats, images[i].pixels.begin());
+    return images;
+}
+
 class ReferenceSession final : public Session {
 public:
     explicit ReferenceSession(const Scene& scene)
@@ -148,12 +163,12 @@ protected:
     void accumulate(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives,
                     std::span<JacobianSums> sums) override {
         for (std::size_t i = 0; i < frames.size(); ++i) {
-            const std::vector<Image> moving = detail::moving_channels(render_frame(frames[i]), similarity_);
-            const std::array<Image, 6> derivative_images = render_derivatives(frames[i], derivatives[i]);
+            const DrrWithDerivatives made = render_frame(frames[i], derivatives[i]);
+            const std::vector<Image> moving = detail::moving_channels(made.drr, similarity_);
             // The filter is linear: it applies to each derivative.
             std::vector<std::array<Image, 6>> jacobian(moving.size());
             for (int p = 0; p < 6; ++p) {
-                std::vector<Image> channels = detail::moving_channels(derivative_images[p], similarity_);
+                std::vector<Image> channels = detail::moving_channels(made.derivatives[p], similarity_);
                 for (std::size_t c = 0; c < moving.size(); ++c) jacobian[c][p] = std::move(channels[c]);
             }
             const FixedChannels& fixed_view = fixed()[frames[i].view];
@@ -167,6 +182,11 @@ protected:
     Image render_frame(const RayFrame& frame) override {
         const auto start = std::chrono::steady_clock::now();
         Image drr(sizes_px_[frame.view].x(), sizes_px_[frame.view].y());
+        if (surface()) {
+            drr = std::move(drawn(*surface(), frame, nullptr, sizes_px_[frame.view]).front());
+            timing_.drr_s += seconds_since(start);
+            return drr;
+        }
         for (int v = 0; v < drr.height; ++v) {
             for (int u = 0; u < drr.width; ++u) {
                 double sum = 0;
@@ -182,7 +202,11 @@ protected:
     }
 
     DrrWithDerivatives render_frame(const RayFrame& frame, const RayFrameDerivatives& derivatives) override {
-        return {render_frame(frame), render_derivatives(frame, derivatives)};
+        if (!surface()) return {render_frame(frame), render_derivatives(frame, derivatives)};
+        std::vector<Image> images = drawn(*surface(), frame, &derivatives, sizes_px_[frame.view]);
+        DrrWithDerivatives made{std::move(images.front()), {}};
+        std::move(images.begin() + 1, images.end(), made.derivatives.begin());
+        return made;
     }
 
 private:

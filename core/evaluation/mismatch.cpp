@@ -44,6 +44,7 @@ void add_rod(Volume& volume, const Rod& rod) {
         throw bad_value("rod attenuation", std::to_string(rod.attenuation_per_mm) + " 1/mm", "positive");
     }
     if (!rod.begin_ct_mm.allFinite() || !rod.end_ct_mm.allFinite()) throw Error("rod ends: must be finite");
+    volume.surface.reset();
     const Eigen::Vector3i& n = volume.grid.size;
     for (int z = 0; z < n.z(); ++z) {
         for (int y = 0; y < n.y(); ++y) {
@@ -62,6 +63,7 @@ void change_contrast(Volume& volume, const TissueContrast& contrast) {
         throw bad_value("contrast gains",
                         std::to_string(contrast.soft_gain) + " and " + std::to_string(contrast.bone_gain), "positive");
     }
+    volume.surface.reset();
     for (float& voxel : volume.attenuation_per_mm) {
         const double soft = std::min<double>(voxel, contrast.bone_from_per_mm);
         voxel = static_cast<float>(contrast.soft_gain * soft + contrast.bone_gain * (voxel - soft));

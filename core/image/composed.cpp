@@ -59,6 +59,7 @@ void add_resampled(Volume& onto, const RigidTransform& onto_world_from_ct, const
     const PosedMap there = posed_map(other.grid, other_world_from_ct, onto.grid, onto_world_from_ct);
     const PosedMap back = posed_map(onto.grid, onto_world_from_ct, other.grid, other_world_from_ct);
     const VoxelBox box = reached_voxels(onto.grid.size, back, other.grid.size);
+    onto.surface.reset();
     for (int z = box.begin.z(); z < box.end.z(); ++z) {
         for (int y = box.begin.y(); y < box.end.y(); ++y) {
             for (int x = box.begin.x(); x < box.end.x(); ++x) {

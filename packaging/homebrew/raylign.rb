@@ -18,6 +18,7 @@ class Raylign < Formula
   depends_on "libpng"
   depends_on "libtiff"
   depends_on :linux
+  depends_on "meshoptimizer"
   depends_on "nlopt"
   depends_on "openssl@3"
   depends_on "tbb"

@@ -26,6 +26,7 @@ using RayFrameDerivatives = std::array<RayFrameDerivative, 6>;
 struct MomentSums;
 struct JacobianSums;
 struct FixedChannels;
+class SurfaceDrr;
 }  // namespace detail
 
 /// How a ray samples the volume.
@@ -160,6 +161,9 @@ protected:
     /// The weights in fixed() have changed: backends that keep copies renew them.
     virtual void weights_changed() = 0;
 
+    /// What DRRs are made from instead of voxels, where the volume has a surface; else null.
+    [[nodiscard]] const std::shared_ptr<const detail::SurfaceDrr>& surface() const { return surface_; }
+
     /// Fixed channels per view, made once in core so that backends cannot disagree on them; empty where views lack
     /// images.
     [[nodiscard]] const std::vector<detail::FixedChannels>& fixed() const { return fixed_; }
@@ -173,6 +177,7 @@ private:
     [[nodiscard]] std::vector<detail::RayFrame> frames_for(std::span<const RigidTransform> world_from_ct) const;
 
     VoxelGrid grid_;
+    std::shared_ptr<const detail::SurfaceDrr> surface_;
     Similarity similarity_;
     std::vector<ViewGeometry> views_;
     std::vector<double> view_shares_;  ///< of the cost; they sum to one

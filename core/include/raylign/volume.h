@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "raylign/grid.h"
+#include "raylign/surface.h"
 
 namespace raylign {
 
@@ -14,6 +16,8 @@ namespace raylign {
 struct Volume {
     VoxelGrid grid;
     std::vector<float> attenuation_per_mm;  ///< x fastest, grid.voxel_count() values, finite
+    /// The same body exactly, of a model: what DRRs are then made from. Whoever changes voxels takes it away.
+    std::shared_ptr<const Surface> surface = nullptr;
 
     [[nodiscard]] std::size_t index(int x, int y, int z) const {
         return (static_cast<std::size_t>(z) * grid.size.y() + y) * grid.size.x() + x;

@@ -265,7 +265,10 @@ VolumeFile read_volume(const std::filesystem::path& path, const VolumeReadOption
                       : is_dicom_volume(path) ? read_dicom_volume(path, options)
                                               : read_file(path, options);
     file.file_grid = file.volume.grid;
-    if (!options.object.is_whole()) detail::keep_object(options, file);
+    if (!options.object.is_whole()) {
+        file.volume.surface.reset();
+        detail::keep_object(options, file);
+    }
     return file;
 }
 

@@ -75,7 +75,8 @@ std::vector<LevelPlan> plan_levels(const Volume& volume, std::span<const View> v
         smallest_side_px = std::min(smallest_side_px, side_px);
     }
     const double per_pixel = voxels_per_pixel(views);
-    finest.volume_halvings = halvings_that_fit(volume.grid, finest.pixel_at_object_mm / per_pixel);
+    // A surface is as fine as the pixels are; coarser levels make do with voxels, which are faster there.
+    finest.volume_halvings = volume.surface ? 0 : halvings_that_fit(volume.grid, finest.pixel_at_object_mm / per_pixel);
 
     std::vector<LevelPlan> plan{finest};
     while ((smallest_side_px >>= 1) >= kSmallestImageSide_px && (!levels || std::ssize(plan) < *levels)) {

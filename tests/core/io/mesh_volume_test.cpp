@@ -1,12 +1,15 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstring>
+#include <memory>
 #include <numeric>
 
+#include "core/io/meshes/triangle_mesh.h"
 #include "io_files.h"
-#include "mesh_shapes.h"
 #include "raylign/io/volume.h"
 #include "tests/support/errors.h"
+#include "tests/support/mesh_shapes.h"
 
 namespace raylign::detail {
 namespace {
@@ -70,7 +73,7 @@ std::string ply(const TriangleMesh& mesh) {
 
 class MeshVolume : public test::IoTest {
 protected:
-    const TriangleMesh box_ = box_mesh({1, 2, 3}, {13, 24, 35});
+    const TriangleMesh box_ = box_mesh<TriangleMesh>({1, 2, 3}, {13, 24, 35});
     const VolumeReadOptions options_{.material = "MU=0.5", .mesh_spacing_mm = 1};
 };
 
@@ -111,8 +114,8 @@ TEST_F(MeshVolume, WithoutASpacingItIsTheProposedOneOr256VoxelsAlong) {
 }
 
 TEST_F(MeshVolume, AModelOfPartsHasEachOfItsMaterial) {
-    write("cup.stl", binary_stl(box_mesh({0, 0, 0}, {20, 20, 10})));
-    write("liner.stl", binary_stl(box_mesh({0, 0, 5}, {20, 20, 20})));
+    write("cup.stl", binary_stl(box_mesh<TriangleMesh>({0, 0, 0}, {20, 20, 10})));
+    write("liner.stl", binary_stl(box_mesh<TriangleMesh>({0, 0, 5}, {20, 20, 20})));
     const auto path = write("hip.json", R"({"raylign": 1, "parts": [
         {"mesh": "cup.stl", "material": "MU=0.5"}, {"mesh": "liner.stl", "material": "MU=0.1", "unit": "mm"}]})");
     const VolumeFile file = read_volume(path, {.mesh_spacing_mm = 1});
@@ -154,6 +157,42 @@ TEST_F(MeshVolume, DamagedFilesAreRefused) {
     std::memcpy(nan.data() + 84 + 50 * 3 + 12, &quiet_nan, 4);
     EXPECT_THAT(error_of([&] { (void)read_volume(write("nan.stl", nan), options_); }),
                 AllOf(HasSubstr("triangle 4"), HasSubstr("NaN")));
+}
+
+TEST_F(MeshVolume, ItsSurfaceIsThatOfItsParts) {
+    write("cup.stl", binary_stl(box_mesh<TriangleMesh>({0, 0, 0}, {20, 20, 10})));
+    write("liner.stl", binary_stl(box_mesh<TriangleMesh>({0, 0, 12}, {20, 20, 20})));
+    const auto path = write("hip.json", R"({"raylign": 1, "parts": [
+        {"mesh": "cup.stl", "material": "MU=0.5"}, {"mesh": "liner.stl", "material": "MU=0.1"}]})");
+    const std::shared_ptr<const Surface> surface = read_volume(path, {.mesh_spacing_mm = 1}).volume.surface;
+    ASSERT_TRUE(surface);
+    EXPECT_EQ(surface->triangles.size(), 24U);
+    EXPECT_EQ(surface->attenuation_per_mm.front(), 0.5F);
+    EXPECT_EQ(surface->attenuation_per_mm.back(), 0.1F);
+    double low = 100, high = 0;  // of the second part
+    for (const std::int32_t corner : surface->triangles.back()) {
+        low = std::min(low, surface->vertices_mm[static_cast<std::size_t>(corner)].z());
+        high = std::max(high, surface->vertices_mm[static_cast<std::size_t>(corner)].z());
+    }
+    EXPECT_GE(low, 12);
+    EXPECT_LE(high, 20);
+}
+
+TEST_F(MeshVolume, WhereASurfaceIsNotTheWholeTruthThereIsNone) {
+    const auto box = write("b.stl", binary_stl(box_));
+    EXPECT_TRUE(read_volume(box, options_).volume.surface);
+    VolumeReadOptions options = options_;
+    options.keeps_surface = false;
+    EXPECT_FALSE(read_volume(box, options).volume.surface) << "not asked for";
+    options = options_;
+    options.object.box_mm = CtBox{{0, 0, 0}, {13, 24, 20}};
+    EXPECT_FALSE(read_volume(box, options).volume.surface) << "a part of the model";
+    write("other.stl", binary_stl(box_mesh<TriangleMesh>({5, 5, 5}, {30, 24, 35})));
+    const auto two = write("two.json", R"({"raylign": 1, "parts": [{"mesh": "b.stl"}, {"mesh": "other.stl"}]})");
+    const VolumeFile shared = read_volume(two, options_);
+    EXPECT_FALSE(shared.volume.surface) << "parts that lie in one another";
+    EXPECT_THAT(shared.notes, Contains(AllOf(HasSubstr("other.stl"), HasSubstr("lie in parts before it"))));
+    EXPECT_THAT(shared.notes, Contains(HasSubstr("DRRs are made from its voxels")));
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "core/io/meshes/mesh_edges.h"
-#include "mesh_shapes.h"
 #include "tests/support/errors.h"
+#include "tests/support/mesh_shapes.h"
 
 namespace raylign::detail {
 namespace {
@@ -20,7 +20,7 @@ using testing::IsEmpty;
 const Eigen::Vector3d kLow(1, 2, 3), kHigh(11, 22, 33);
 
 TEST(SolidMesh, ABoxIsAsItIsAndHasItsVolume) {
-    const SolidMesh solid = solid_of(test::soup(box_mesh(kLow, kHigh)), "box.stl");
+    const SolidMesh solid = solid_of(test::soup(box_mesh<TriangleMesh>(kLow, kHigh)), "box.stl");
     EXPECT_EQ(solid.mesh.vertices_mm.size(), 8U);
     EXPECT_EQ(solid.mesh.triangles.size(), 12U);
     EXPECT_NEAR(solid.volume_mm3, 6000, 1e-9);
@@ -30,19 +30,19 @@ TEST(SolidMesh, ABoxIsAsItIsAndHasItsVolume) {
 TEST(SolidMesh, VolumeOfABallIsThatOfItsFacets) {
     // The facets of 60 bands lie within the sphere: 0.2 % of its volume is missing.
     const double ball_mm3 = 4.0 / 3 * std::numbers::pi * 1000;
-    const SolidMesh solid = solid_of(ball_mesh({5, 6, 7}, 10, 60), "ball.stl");
+    const SolidMesh solid = solid_of(ball_mesh<TriangleMesh>({5, 6, 7}, 10, 60), "ball.stl");
     EXPECT_LT(solid.volume_mm3, ball_mm3);
     EXPECT_GT(solid.volume_mm3, 0.997 * ball_mm3);
 }
 
 TEST(SolidMesh, ASurfaceInsideOutIsTurned) {
-    const SolidMesh solid = solid_of(test::inside_out(box_mesh(kLow, kHigh)), "box.stl");
+    const SolidMesh solid = solid_of(test::inside_out(box_mesh<TriangleMesh>(kLow, kHigh)), "box.stl");
     EXPECT_NEAR(solid.volume_mm3, 6000, 1e-9);
     EXPECT_THAT(solid.notes, Contains(HasSubstr("1 of 1 surfaces were inside out")));
 }
 
 TEST(SolidMesh, InvertedTrianglesAreTurnedAsTheirNeighbours) {
-    TriangleMesh mesh = ball_mesh({0, 0, 0}, 10, 20);
+    TriangleMesh mesh = ball_mesh<TriangleMesh>({0, 0, 0}, 10, 20);
     const double right_mm3 = solid_of(mesh, "ball.stl").volume_mm3;
     for (const std::size_t i : {7U, 100U, 101U}) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
     const SolidMesh solid = solid_of(mesh, "ball.stl");
@@ -51,14 +51,15 @@ TEST(SolidMesh, InvertedTrianglesAreTurnedAsTheirNeighbours) {
 }
 
 TEST(SolidMesh, ACavityFacesInwardsAndStays) {
-    const TriangleMesh hollow = test::joined(box_mesh(kLow, kHigh), test::inside_out(box_mesh({3, 4, 5}, {9, 20, 31})));
+    const TriangleMesh hollow = test::joined(box_mesh<TriangleMesh>(kLow, kHigh),
+                                             test::inside_out(box_mesh<TriangleMesh>({3, 4, 5}, {9, 20, 31})));
     const SolidMesh solid = solid_of(hollow, "hollow.stl");
     EXPECT_NEAR(solid.volume_mm3, 6000 - 6 * 16 * 26, 1e-9);
     EXPECT_THAT(solid.notes, IsEmpty());
 }
 
 TEST(SolidMesh, ASmallHoleIsClosedAndNamed) {
-    TriangleMesh mesh = ball_mesh({0, 0, 0}, 10, 20);
+    TriangleMesh mesh = ball_mesh<TriangleMesh>({0, 0, 0}, 10, 20);
     const double whole_mm3 = solid_of(mesh, "ball.stl").volume_mm3;
     mesh.triangles.erase(mesh.triangles.begin() + 300);
     const SolidMesh solid = solid_of(mesh, "ball.stl");
@@ -68,7 +69,7 @@ TEST(SolidMesh, ASmallHoleIsClosedAndNamed) {
 }
 
 TEST(SolidMesh, CrackedSeamsAreJoined) {
-    TriangleMesh mesh = test::soup(ball_mesh({0, 0, 0}, 10, 10));
+    TriangleMesh mesh = test::soup(ball_mesh<TriangleMesh>({0, 0, 0}, 10, 10));
     for (std::size_t i = 0; i < mesh.vertices_mm.size(); i += 2) mesh.vertices_mm[i].x() += 5e-5;
     const SolidMesh solid = solid_of(mesh, "ball.stl");
     EXPECT_THAT(open_loops(solid.mesh), IsEmpty());
@@ -76,7 +77,7 @@ TEST(SolidMesh, CrackedSeamsAreJoined) {
 }
 
 TEST(SolidMesh, AnOpenSurfaceIsRefusedAndItsHoleNamed) {
-    TriangleMesh mesh = box_mesh(kLow, kHigh);
+    TriangleMesh mesh = box_mesh<TriangleMesh>(kLow, kHigh);
     mesh.triangles.resize(10);  // no face at x = 11
     EXPECT_THAT(error_of([&] { (void)solid_of(mesh, "box.stl"); }),
                 AllOf(HasSubstr("box.stl"), HasSubstr("open"), HasSubstr("1 hole"), HasSubstr("36")));
@@ -84,12 +85,12 @@ TEST(SolidMesh, AnOpenSurfaceIsRefusedAndItsHoleNamed) {
 
 TEST(SolidMesh, WhatIsNoSurfaceIsRefused) {
     EXPECT_THAT(error_of([] { (void)solid_of({}, "empty.stl"); }), HasSubstr("empty.stl has no triangles"));
-    TriangleMesh bad = box_mesh(kLow, kHigh);
+    TriangleMesh bad = box_mesh<TriangleMesh>(kLow, kHigh);
     bad.vertices_mm[3].y() = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THAT(error_of([&] { (void)solid_of(bad, "bad.stl"); }), AllOf(HasSubstr("triangle 2"), HasSubstr("NaN")));
-    TriangleMesh point = box_mesh(kLow, kLow);
+    TriangleMesh point = box_mesh<TriangleMesh>(kLow, kLow);
     EXPECT_THAT(error_of([&] { (void)solid_of(point, "point.stl"); }), HasSubstr("no triangle with an area"));
-    TriangleMesh sheet = box_mesh(kLow, {11, 22, 3});
+    TriangleMesh sheet = box_mesh<TriangleMesh>(kLow, {11, 22, 3});
     EXPECT_THAT(error_of([&] { (void)solid_of(sheet, "sheet.stl"); }), HasSubstr("sheet.stl"));
 }
 

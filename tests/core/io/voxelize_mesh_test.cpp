@@ -4,8 +4,8 @@
 
 #include <numeric>
 
-#include "mesh_shapes.h"
 #include "tests/support/errors.h"
+#include "tests/support/mesh_shapes.h"
 
 namespace raylign::detail {
 namespace {
@@ -26,7 +26,7 @@ TEST(VoxelizeMesh, ABoxFillsItsVoxelsByTheirShares) {
     VoxelGrid grid;
     grid.size = {6, 6, 6};
     // Voxel x covers [x - 0.5, x + 0.5]. Faces in x and y lie between the lines.
-    const MeshFill fill = voxelize_mesh(box_mesh({0.9, 0.7, 1.25}, {4.5, 3.5, 3.6}), grid);
+    const MeshFill fill = voxelize_mesh(box_mesh<TriangleMesh>({0.9, 0.7, 1.25}, {4.5, 3.5, 3.6}), grid);
     EXPECT_FLOAT_EQ(at(fill, grid, 2, 2, 2), 1);
     EXPECT_FLOAT_EQ(at(fill, grid, 4, 3, 3), 1);
     EXPECT_FLOAT_EQ(at(fill, grid, 5, 3, 3), 0);
@@ -41,7 +41,7 @@ TEST(VoxelizeMesh, ABoxFillsItsVoxelsByTheirShares) {
 TEST(VoxelizeMesh, LinesThroughEdgesAndCornersSlipThroughNothing) {
     VoxelGrid grid;
     grid.size = {8, 8, 8};
-    const MeshFill fill = voxelize_mesh(box_mesh({1, 1, 1}, {6, 6, 6}), grid);
+    const MeshFill fill = voxelize_mesh(box_mesh<TriangleMesh>({1, 1, 1}, {6, 6, 6}), grid);
     for (int z = 2; z < 6; ++z) {
         for (int y = 2; y < 6; ++y) {
             for (int x = 2; x < 6; ++x) EXPECT_FLOAT_EQ(at(fill, grid, x, y, z), 1) << x << " " << y << " " << z;
@@ -50,7 +50,7 @@ TEST(VoxelizeMesh, LinesThroughEdgesAndCornersSlipThroughNothing) {
 }
 
 TEST(VoxelizeMesh, ABallKeepsItsVolumeAtAnySpacing) {
-    const TriangleMesh ball = ball_mesh({1.3, -2.1, 0.4}, 10, 40);
+    const TriangleMesh ball = ball_mesh<TriangleMesh>({1.3, -2.1, 0.4}, 10, 40);
     const double right_mm3 = solid_of(ball, "ball").volume_mm3;
     // 25 lines a voxel, weighed alike: the error falls with the spacing, 2e-3 where the radius has three voxels.
     for (const auto& [spacing_mm, share] : {std::pair(0.37, 5e-4), {1.0, 1e-3}, {3.0, 2.5e-3}}) {
@@ -62,12 +62,13 @@ TEST(VoxelizeMesh, ABallKeepsItsVolumeAtAnySpacing) {
 TEST(VoxelizeMesh, ShellsInOneAnotherAreAUnionAndCavitiesEmpty) {
     VoxelGrid grid;
     grid.size = {22, 12, 12};
-    const TriangleMesh two = test::joined(box_mesh({1, 1, 1}, {11, 11, 11}), box_mesh({6, 1, 1}, {16, 11, 11}));
+    const TriangleMesh two =
+        test::joined(box_mesh<TriangleMesh>({1, 1, 1}, {11, 11, 11}), box_mesh<TriangleMesh>({6, 1, 1}, {16, 11, 11}));
     const MeshFill both = voxelize_mesh(two, grid);
     EXPECT_NEAR(volume_mm3(both, grid), 1500, 1e-2);
     EXPECT_NEAR(both.crossing_mm3, 500, 1e-2);
-    const TriangleMesh hollow =
-        test::joined(box_mesh({1, 1, 1}, {11, 11, 11}), test::inside_out(box_mesh({3, 3, 3}, {9, 9, 9})));
+    const TriangleMesh hollow = test::joined(box_mesh<TriangleMesh>({1, 1, 1}, {11, 11, 11}),
+                                             test::inside_out(box_mesh<TriangleMesh>({3, 3, 3}, {9, 9, 9})));
     const MeshFill shell = voxelize_mesh(hollow, grid);
     EXPECT_NEAR(volume_mm3(shell, grid), 1000 - 216, 1e-2);
     EXPECT_EQ(at(shell, grid, 6, 6, 6), 0);

@@ -42,6 +42,7 @@ struct VolumeReadOptions {
     std::string mesh_unit;  ///< mm, cm, m or in; "" = mm, and sizes that are unlikely then are named or refused
     std::optional<double> mesh_spacing_mm;           ///< side of its voxels, in (0, 10]
     std::optional<double> proposed_mesh_spacing_mm;  ///< where that is not given; default: 256 voxels along the model
+    bool keeps_surface = true;                       ///< Volume::surface is set, for exact DRRs; false: voxels alone
 };
 
 /// A CT, and what was decided on reading it.

@@ -1,15 +1,20 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
-
-#include "core/io/meshes/triangle_mesh.h"
+#include <utility>
 
 namespace raylign::detail::test {
 
+// Meshes of any type that has vertices_mm and triangles.
+
 /// A box with its corners told once, faces outwards.
-inline TriangleMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-    TriangleMesh mesh;
+template <class Mesh>
+Mesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+    Mesh mesh;
     for (int i = 0; i < 8; ++i) {
         mesh.vertices_mm.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
                                       i & 4 ? high.z() : low.z());
@@ -20,8 +25,9 @@ inline TriangleMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& 
 }
 
 /// A ball of `bands` times 2 `bands` facets, corners on the sphere.
-inline TriangleMesh ball_mesh(const Eigen::Vector3d& centre, double radius_mm, int bands) {
-    TriangleMesh mesh;
+template <class Mesh>
+Mesh ball_mesh(const Eigen::Vector3d& centre, double radius_mm, int bands) {
+    Mesh mesh;
     const auto at = [&](int band, int step) {
         const double polar = std::numbers::pi * band / bands, turn = std::numbers::pi * (step % (2 * bands)) / bands;
         return Eigen::Vector3d(centre + radius_mm * Eigen::Vector3d(std::sin(polar) * std::cos(turn),
@@ -47,21 +53,24 @@ inline TriangleMesh ball_mesh(const Eigen::Vector3d& centre, double radius_mm, i
     return mesh;
 }
 
-inline TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
+template <class Mesh>
+Mesh joined(Mesh a, const Mesh& b) {
     const auto first = static_cast<std::int32_t>(a.vertices_mm.size());
     a.vertices_mm.insert(a.vertices_mm.end(), b.vertices_mm.begin(), b.vertices_mm.end());
     for (const auto& t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     return a;
 }
 
-inline TriangleMesh inside_out(TriangleMesh mesh) {
+template <class Mesh>
+Mesh inside_out(Mesh mesh) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     return mesh;
 }
 
 /// Every corner told anew, as STL does.
-inline TriangleMesh soup(const TriangleMesh& mesh) {
-    TriangleMesh apart;
+template <class Mesh>
+Mesh soup(const Mesh& mesh) {
+    Mesh apart;
     for (const auto& triangle : mesh.triangles) {
         const auto first = static_cast<std::int32_t>(apart.vertices_mm.size());
         for (const std::int32_t corner : triangle) {

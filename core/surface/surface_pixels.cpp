@@ -1,0 +1,122 @@
+#include "core/surface/surface_pixels.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace raylign::detail {
+namespace {
+
+constexpr std::size_t kRays = kRaysAlong * kRaysAlong;
+
+/// Calls use(x, y, first ray of the upper row, first ray of the lower row) for each pixel.
+template <class Use>
+void for_each_pixel(const SurfaceRays& rays, const Use& use) {
+    for (int y = 0; y < rays.size_px().y(); ++y) {
+        std::size_t upper = rays.first_of_row(kRaysAlong * y), lower = upper + static_cast<std::size_t>(rays.width());
+        for (int x = 0; x < rays.size_px().x(); ++x, upper += kRaysAlong, lower += kRaysAlong) {
+            use(rays.first_px().x() + x, rays.first_px().y() + y, upper, lower);
+        }
+    }
+}
+
+/// How a transmission changes: change . ds + moment . dr, of the rays' source and direction.
+struct Change {
+    Eigen::Vector3d source = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::Zero();
+};
+
+/// Mean over the pixel's rays of what planes say.
+Change of_planes(const SurfacePixels& pixels, double length_mm, std::size_t upper, std::size_t lower) {
+    Change change;
+    for (const std::size_t ray : {upper, upper + 1, lower, lower + 1}) {
+        const RaySums& sums = pixels.rays.sums(ray);
+        const double scale = static_cast<double>(pixels.rays.transmission(ray)) * length_mm / kRays;
+        const Eigen::Vector3d plane = sums.plane();
+        change.source += scale * plane;
+        change.direction += scale * (sums.plane_moment() + pixels.seen.depth_mm * plane);
+    }
+    return change;
+}
+
+/// The depth of the edges between rays next to each other, in mm from the middle, and how strong they are.
+struct EdgeDepth {
+    double sum = 0, weight = 0;
+
+    void between(const SurfaceRays& rays, std::size_t a, std::size_t b) {
+        const double step =
+            std::abs(static_cast<double>(rays.transmission(a)) - static_cast<double>(rays.transmission(b)));
+        const double length = static_cast<double>(rays.sums(a).length()) - static_cast<double>(rays.sums(b).length());
+        if (!(step > 0) || length == 0) return;
+        sum +=
+            step * (static_cast<double>(rays.sums(a).moment()) - static_cast<double>(rays.sums(b).moment())) / length;
+        weight += step;
+    }
+};
+
+/// What takes the pixel from one transmission to another, as a change of transmission where it is: what it shows
+/// follows the logarithm, which is not straight across an outline.
+double slope(double from, double to, double floor, double scale) {
+    constexpr double kStraight = 0.01;
+    if (std::abs(scale * (to - from)) < kStraight) return to - from;
+    return std::log((floor + (1 - floor) * from) / (floor + (1 - floor) * to)) / scale;
+}
+
+}  // namespace
+
+void SurfacePixels::draw(const DrrTarget& target) const {
+    const float floor = std::exp(-static_cast<float>(frame.ceiling));
+    for_each_pixel(rays, [&](int x, int y, std::size_t upper, std::size_t lower) {
+        const float arriving = (rays.transmission(upper) + rays.transmission(upper + 1) + rays.transmission(lower) +
+                                rays.transmission(lower + 1)) /
+                               kRays;
+        if (arriving < 1) target.image[y * target.stride + x] = -std::log(floor + (1 - floor) * arriving);
+    });
+}
+
+void SurfacePixels::draw(const RayFrameDerivatives& derivatives, const DrrTarget& target) const {
+    draw(target);
+    const double floor = std::exp(-frame.ceiling);
+    const auto below = static_cast<std::size_t>(rays.width());
+    const Eigen::RowVector3d along_u = seen.pixel_from_voxel.row(0), along_v = seen.pixel_from_voxel.row(1),
+                             along_depth = seen.pixel_from_voxel.row(2);
+    for_each_pixel(rays, [&](int x, int y, std::size_t upper, std::size_t lower) {
+        const auto at = [this](std::size_t ray) { return static_cast<double>(rays.transmission(ray)); };
+        const std::size_t above = upper - below, under = lower + below;
+        const double arriving = (at(upper) + at(upper + 1) + at(lower) + at(lower + 1)) / kRays;
+        // Of the pixel shifted by half of its side to either side: the rays that it would have there.
+        const double left = at(upper - 1) + at(upper) + at(lower - 1) + at(lower);
+        const double right = at(upper + 1) + at(upper + 2) + at(lower + 1) + at(lower + 2);
+        const double up = at(above) + at(above + 1) + at(upper) + at(upper + 1);
+        const double down = at(lower) + at(lower + 1) + at(under) + at(under + 1);
+        if (arriving == 1 && left == kRays && right == kRays && up == kRays && down == kRays) return;
+        const double scale = -(1 - floor) / (floor + (1 - floor) * arriving);
+        const double by_u = slope(left / kRays, right / kRays, floor, scale);
+        const double by_v = slope(up / kRays, down / kRays, floor, scale);
+        const Eigen::Vector3d ray = frame.ray_voxel(x, y);
+        Change change = of_planes(*this, spacing_mm.cwiseProduct(ray).norm(), upper, lower);
+        EdgeDepth edge;
+        for (const std::size_t row : {upper, lower}) {
+            for (const std::size_t ray_before : {row - 1, row, row + 1}) edge.between(rays, ray_before, ray_before + 1);
+        }
+        for (const std::size_t column : {upper, upper + 1}) {
+            for (const std::size_t row : {column - below, column, column + below}) edge.between(rays, row, row + below);
+        }
+        if (edge.weight > 0) {
+            const double depth_mm =
+                seen.depth_mm + std::clamp(edge.sum / edge.weight, -seen.half_depth_mm, seen.half_depth_mm);
+            const double rest_u = by_u - change.direction.dot(frame.step_u_voxel);
+            const double rest_v = by_v - change.direction.dot(frame.step_v_voxel);
+            const Eigen::Vector3d jump =
+                (rest_u * (along_u - x * along_depth) + rest_v * (along_v - y * along_depth)).transpose() / depth_mm;
+            change.source += jump;
+            change.direction += depth_mm * jump;
+        }
+        for (std::size_t p = 0; p < derivatives.size(); ++p) {
+            const double moved =
+                change.source.dot(derivatives[p].source_voxel) + change.direction.dot(derivatives[p].ray_voxel(x, y));
+            target.image[static_cast<std::ptrdiff_t>(p + 1) * target.distance + y * target.stride + x] =
+                static_cast<float>(scale * moved);
+        }
+    });
+}
+
+}  // namespace raylign::detail
