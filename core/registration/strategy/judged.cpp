@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kAboutTurn_rad = 0.25, kAboutShift_radii = 0.2;
 constexpr int kAboutRounds = 3;
+constexpr double kValley_radii = 0.3;  // as far as descents from around the best begin, and more
+constexpr int kValleySteps = 6;
 
 /// Ends of searches closer than this are the same.
 double distinct_mm(const Level& level) { return kDistinct_px * level.plan().pixel_at_object_mm; }
@@ -27,6 +29,38 @@ std::vector<Candidate> about(const Run& run, const RigidTransform& pose) {
     return poses;
 }
 
+/// Views cut out and weighed for the pixels that a candidate covers; null where these are too few.
+std::unique_ptr<Session> session_for(Level& level, const RigidTransform& pose, std::span<const Image> even) {
+    std::vector<Image> weights;
+    std::unique_ptr<Session> session = level.cut_out(pose, even, weights);
+    if (!session) return nullptr;
+    multiply(weights, neighbourhood(*session, pose, 0));
+    if (!leaves_enough(*session, weights)) return nullptr;
+    session->set_weights(weights);
+    return session;
+}
+
+std::vector<Image> even_weights(Level& level) {
+    return local_normalisation(level.session(), kNormalisation_mm / level.plan().pixel_at_object_mm);
+}
+
+/// True where the cost nowhere between two places exceeds that of both.
+bool share_a_valley(const Run& run, Session& session, const RigidTransform& from, const RigidTransform& to) {
+    const Eigen::Vector3d centre_mm = from * run.extent.centre_ct_mm;
+    const Eigen::Vector3d shift_mm = to * run.extent.centre_ct_mm - centre_mm;
+    const Eigen::Vector3d turn_rad = log({to.rotation * from.rotation.transpose(), Eigen::Vector3d::Zero()}).head<3>();
+    std::vector<RigidTransform> way;
+    for (int i = 0; i <= kValleySteps; ++i) {
+        const double share = static_cast<double>(i) / kValleySteps;
+        Twist turn = Twist::Zero();
+        turn.head<3>() = share * turn_rad;
+        way.push_back(RigidTransform::translate(share * shift_mm) * exp_about(turn, centre_mm) * from);
+    }
+    std::vector<double> costs(way.size());
+    session.evaluate(way, costs);
+    return std::ranges::all_of(costs, [&](double cost) { return cost <= std::max(costs.front(), costs.back()); });
+}
+
 }  // namespace
 
 std::vector<Candidate> shown_enough(const Run& run, std::vector<Candidate> candidates) {
@@ -37,16 +71,11 @@ std::vector<Candidate> shown_enough(const Run& run, std::vector<Candidate> candi
 }
 
 std::vector<Candidate> judged(Run& run, Level& level, std::span<const Candidate> candidates, int iterations) {
-    const std::vector<Image> even =
-        local_normalisation(level.session(), kNormalisation_mm / level.plan().pixel_at_object_mm);
+    const std::vector<Image> even = even_weights(level);
     std::vector<Candidate> ends;
     for (const Candidate& candidate : candidates) {
-        std::vector<Image> weights;
-        const std::unique_ptr<Session> session = level.cut_out(candidate.world_from_ct, even, weights);
+        const std::unique_ptr<Session> session = session_for(level, candidate.world_from_ct, even);
         if (!session) continue;
-        multiply(weights, neighbourhood(*session, candidate.world_from_ct, 0));
-        if (!leaves_enough(*session, weights)) continue;
-        session->set_weights(weights);
         LevelProblem problem = level.problem(run.start, false, *session);
         problem.max_iterations = std::min(problem.max_iterations, iterations);
         const std::vector<Candidate> end = refined(problem, {&candidate, 1});
@@ -68,6 +97,24 @@ void look_about(Run& run, Level& level, std::vector<Candidate>& candidates) {
         candidates = distinct(std::move(candidates), run.extent, distinct_mm(level));
         if (apart_mm(candidates.front().world_from_ct, best, run.extent) < distinct_mm(level)) return;
     }
+}
+
+void join_valley(Run& run, Level& level, std::vector<Candidate>& candidates) {
+    Candidate& best = candidates.front();
+    const std::unique_ptr<Session> session = session_for(level, best.world_from_ct, even_weights(level));
+    if (!session) return;
+    std::vector<Candidate> kept{best};
+    for (const Candidate& other : std::span(candidates).subspan(1)) {
+        const bool is_near =
+            apart_mm(best.world_from_ct, other.world_from_ct, run.extent) < kValley_radii * run.extent.radius_mm;
+        if (is_near && share_a_valley(run, *session, best.world_from_ct, other.world_from_ct)) {
+            kept.front().agreeing += other.agreeing;
+        } else {
+            kept.push_back(other);
+        }
+    }
+    level.count(*session);
+    candidates = std::move(kept);
 }
 
 }  // namespace raylign::detail

@@ -21,4 +21,8 @@ namespace raylign::detail {
 /// chest a neighbouring minimum was all that came through. Adds their ends to the candidates, best first.
 void look_about(Run& run, Level& level, std::vector<Candidate>& candidates);
 
+/// Counts to the best place those near it that no ridge parts from it: one view's depth is a valley so flat that
+/// descents end all along it, and an end on its way is no rival.
+void join_valley(Run& run, Level& level, std::vector<Candidate>& candidates);
+
 }  // namespace raylign::detail

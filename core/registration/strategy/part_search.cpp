@@ -124,6 +124,7 @@ void search_part(Run& run, Search mode) {
             if (run.is_hopeless) candidates.resize(1);
             return Next::finer;
         }
+        join_valley(run, level, candidates);
         report_rivals(run, candidates, pixel_mm);
         weigh_part(run, level, result.world_from_ct);
         const LevelOutcome found = level.optimize(result.world_from_ct, true, pixel_mm);

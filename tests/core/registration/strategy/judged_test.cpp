@@ -73,6 +73,48 @@ TEST(LookAbout, APlaceThatIsHardlySeenLeadsNowhere) {
     EXPECT_EQ(candidates.front().cost, 0.9);
 }
 
+/// Bars six millimetres apart across the view, which fit again one further.
+struct Bars {
+    Volume volume = [] {
+        Volume bars{centred_grid({56, 48, 16}, {1, 1, 1}), std::vector<float>(56 * 48 * 16)};
+        for (int z = 2; z < 14; ++z) {
+            for (int y = 2; y < 46; ++y) {
+                for (int x = 2; x < 54; ++x) bars.attenuation_per_mm[bars.index(x, y, z)] = x % 6 < 3 ? 0.06F : 0.01F;
+            }
+        }
+        return bars;
+    }();
+    RigidTransform truth = exp((Twist() << 1.5, 0.03, 0.05, 1, 2, 3).finished());  // seen from above
+    std::vector<View> views{test::biplane_views(128).front()};
+    std::unique_ptr<Backend> backend = create_backend("cpu").backend;
+    RegistrationOptions options{.content = Content::part};
+    RunControl control;
+    ResidentVolume resident{volume, {}, *backend};
+
+    [[nodiscard]] std::vector<Candidate> joined(const RigidTransform& other) {
+        views.front().image = backend->prepare({volume, views, {}, {}})->render(truth, 0);
+        Run run{resident, views, options, control, resident.extent(), truth};
+        Level level{run, plan_run(run, Content::part).back(), Content::part};
+        std::vector<Candidate> candidates{{truth, 0.1, 3}, {other, 0.2, 2}};
+        join_valley(run, level, candidates);
+        return candidates;
+    }
+};
+
+TEST(JoinValley, AnEndOnTheWayToTheBestIsNoRival) {
+    const std::vector<Candidate> left = Bars().joined(Bars().truth * RigidTransform::translate({1.5, 0, 0}));
+    ASSERT_EQ(left.size(), 1U);
+    EXPECT_EQ(left.front().agreeing, 5);
+    EXPECT_EQ(left.front().cost, 0.1);
+}
+
+TEST(JoinValley, APlaceBeyondARidgeIs) {
+    const std::vector<Candidate> left = Bars().joined(Bars().truth * RigidTransform::translate({6, 0, 0}));
+    ASSERT_EQ(left.size(), 2U);
+    EXPECT_EQ(left.front().agreeing, 3);
+    EXPECT_EQ(left.back().cost, 0.2);
+}
+
 TEST(ReportRivals, ForgetsThoseOfASearchBefore) {
     OneOfTheSpine c;
     const RigidTransform near = RigidTransform::translate({20, 0, 0}) * c.truth;
