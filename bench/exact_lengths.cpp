@@ -76,12 +76,4 @@ Image exact_lengths(const TriangleMesh& mesh, const ViewGeometry& view, const Ri
     return image;
 }
 
-ViewGeometry finer(ViewGeometry view, int n) {
-    Eigen::Matrix3d& k = view.camera.intrinsics_px;
-    k.topLeftCorner<2, 2>() *= n;
-    k.topRightCorner<2, 1>() = (n * (k.topRightCorner<2, 1>().array() + 0.5) - 0.5).matrix();
-    view.camera.size_px *= n;
-    return view;
-}
-
 }  // namespace raylign::detail::bench

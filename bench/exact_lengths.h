@@ -12,7 +12,4 @@ namespace raylign::detail::bench {
 [[nodiscard]] Image exact_lengths(const TriangleMesh& mesh, const ViewGeometry& view,
                                   const RigidTransform& world_from_ct);
 
-/// The view with n x n pixels in place of each.
-[[nodiscard]] ViewGeometry finer(ViewGeometry view, int n);
-
 }  // namespace raylign::detail::bench

@@ -24,16 +24,14 @@
 #include "core/io/images/counts.h"
 #include "core/io/meshes/material.h"
 #include "core/io/meshes/mesh_file.h"
-#include "core/io/meshes/voxelize_mesh.h"
 #include "raylign/backends.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
+#include "raylign/io/volume.h"
 #include "raylign/registration.h"
 
 namespace raylign::detail::bench {
 namespace {
-
-constexpr double kMostVoxels = 4e8;
 
 struct Settings : ImplantXray {
     std::string model, views, pose, material = "cobalt-chrome";
@@ -42,6 +40,7 @@ struct Settings : ImplantXray {
     std::vector<double> blurs_mm{0.34};
     double spacing_px = 2.0 / 3;
     bool line_integrals = false;  ///< compared by these, as before
+    bool voxels = false;          ///< DRRs from these, not from the triangles
 };
 
 struct Outcome {
@@ -136,9 +135,10 @@ void report(const Settings& settings, const std::vector<Outcome>& outcomes, Reco
               << turn_covered << " of " << told << "; ok " << ok << " of " << count << "; in plane p50 "
               << quantile(plane, 0.5) << " mm, turn p50 " << quantile(turn, 0.5) << " degrees" << std::endl;
     const std::string name = settings.model.substr(settings.model.find_last_of('/') + 1);
-    record.add({name, settings.line_integrals ? "line integrals" : "what arrives", settings.blur_mm,
-                settings.floor_share, settings.spacing_px, count, sum / count, std::sqrt(squares / count),
-                quantile(size, 1), quantile(expected, 0.5), told, depth_covered, plane_covered, turn_covered});
+    record.add({name, settings.line_integrals ? "line integrals" : "what arrives",
+                settings.voxels ? "voxels" : "triangles", settings.blur_mm, settings.floor_share, settings.spacing_px,
+                count, sum / count, std::sqrt(squares / count), quantile(size, 1), quantile(expected, 0.5), told,
+                depth_covered, plane_covered, turn_covered});
 }
 
 void measure(const Settings& settings, Record& record) {
@@ -150,10 +150,10 @@ void measure(const Settings& settings, Record& record) {
     const double depth_mm = (view.geometry.camera_from_world * middle_mm).z();
     const double pixel_mm = depth_mm / view.geometry.camera.intrinsics_px(0, 0);
     const double mu_per_mm = attenuation_of_material(settings.material, hu_presets().front());
-    Volume volume;
-    volume.grid = grid_around(bounds, settings.spacing_px * pixel_mm, kMostVoxels);
-    volume.attenuation_per_mm = voxelize_mesh(mesh, volume.grid).share;
-    for (float& value : volume.attenuation_per_mm) value *= static_cast<float>(mu_per_mm);
+    const Volume volume = read_volume(settings.model, {.material = settings.material,
+                                                       .mesh_spacing_mm = settings.spacing_px * pixel_mm,
+                                                       .keeps_surface = !settings.voxels})
+                              .volume;
     BackendOptions options;
     options.cpu.threads = settings.threads;
     const auto backend = create_backend("cpu", options).backend;
@@ -190,13 +190,14 @@ void add_options(CLI::App& app, Settings& settings) {
     app.add_option("--spacing", settings.spacing_px);
     app.add_option("--threads", settings.threads);
     app.add_flag("--line-integrals", settings.line_integrals);
+    app.add_flag("--voxels", settings.voxels);
 }
 
 int run(int argc, char** argv) {
-    Record record(
-        argc, argv, "Depth of a model in one X-ray",
-        {"model", "compared", "blur [mm]", "floor", "voxels [px]", "poses", "depth, mean [mm]", "depth, rms [mm]",
-         "depth, most [mm]", "expected depth error, p50 [mm]", "told", "depth within twice", "in plane", "turn"});
+    Record record(argc, argv, "Depth of a model in one X-ray",
+                  {"model", "compared", "DRR by", "blur [mm]", "floor", "voxels [px]", "poses", "depth, mean [mm]",
+                   "depth, rms [mm]", "depth, most [mm]", "expected depth error, p50 [mm]", "told",
+                   "depth within twice", "in plane", "turn"});
     Settings settings;
     CLI::App app("Depth of a model in one X-ray");
     add_options(app, settings);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bench/exact_lengths.h"
+#include "core/geometry/camera.h"
 #include "core/image/saturation.h"
 #include "raylign/io/views.h"
 #include "raylign/xray.h"
@@ -47,7 +48,9 @@ RigidTransform moved(const RigidTransform& pose, const Eigen::Vector3d& centre_m
 
 RawXray counts_of(const TriangleMesh& mesh, double mu_per_mm, const ViewGeometry& view, const RigidTransform& pose,
                   const ImplantXray& settings, int seed) {
-    const Image lengths = exact_lengths(mesh, finer(view, kSamples), pose);
+    ViewGeometry fine = view;
+    fine.camera = finer(view.camera, kSamples);
+    const Image lengths = exact_lengths(mesh, fine, pose);
     Random random(static_cast<std::uint64_t>(seed) + 1000);
     const Image body = tissue(view.camera.size_px, settings.tissue, random);
     const Eigen::Vector2d pitch_mm = view.camera.pixel_pitch_mm().value();

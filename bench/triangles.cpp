@@ -20,18 +20,18 @@
 #include "core/image/view_crop.h"
 #include "core/io/meshes/material.h"
 #include "core/io/meshes/mesh_file.h"
-#include "core/io/meshes/voxelize_mesh.h"
 #include "core/optimize/levenberg_marquardt.h"
 #include "core/registration/object/pose_space.h"
 #include "core/similarity/linearization.h"
 #include "raylign/backends.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"
+#include "raylign/io/volume.h"
 
 namespace raylign::detail::bench {
 namespace {
 
-constexpr double kMostVoxels = 4e8, kVoxel_px = 2.0 / 3;
+constexpr double kVoxel_px = 2.0 / 3;
 constexpr int kMargin_px = 40;
 
 struct Settings : ImplantXray {
@@ -135,20 +135,16 @@ void measure(const Settings& settings, Record& record) {
     const Eigen::Vector3d middle_ct = (bounds.low_mm + bounds.high_mm) / 2;
     const double depth_mm = (camera.geometry.camera_from_world * (near * middle_ct)).z();
     model.mu_per_mm = attenuation_of_material(settings.material, hu_presets().front());
-    model.volume.grid =
-        grid_around(bounds, kVoxel_px * depth_mm / camera.geometry.camera.intrinsics_px(0, 0), kMostVoxels);
-    model.volume.attenuation_per_mm = voxelize_mesh(model.mesh, model.volume.grid).share;
-    for (float& value : model.volume.attenuation_per_mm) value *= static_cast<float>(model.mu_per_mm);
+    const double voxel_mm = kVoxel_px * depth_mm / camera.geometry.camera.intrinsics_px(0, 0);
+    model.volume = read_volume(settings.model, {.material = settings.material, .mesh_spacing_mm = voxel_mm}).volume;
     model.extent = object_extent(model.volume);
     const Similarity similarity{Metric::gc,
                                 {settings.sigma_px, std::max(2, static_cast<int>(std::ceil(3 * settings.sigma_px)))}};
     BackendOptions one_thread;
     one_thread.cpu.threads = 1;
     const auto backend = create_backend("cpu", one_thread).backend;
-    Volume exact = model.volume;
-    exact.surface = std::make_shared<const Surface>(
-        Surface{model.mesh.vertices_mm, model.mesh.triangles,
-                std::vector<float>(model.mesh.triangles.size(), static_cast<float>(model.mu_per_mm))});
+    Volume voxels = model.volume;
+    voxels.surface.reset();
     std::array<Sessions, 2> sessions;
     std::vector<Engine> engines = engines_of(model, sessions);
     for (int i = settings.first; i < settings.first + settings.poses; ++i) {
@@ -162,7 +158,7 @@ void measure(const Settings& settings, Record& record) {
         for (std::size_t k = 0; k < sessions.size(); ++k) {
             Sessions& own = sessions[k];
             if (!own.resident) {
-                own.resident = backend->prepare({k == 0 ? model.volume : exact, {&view, 1}, {}, similarity});
+                own.resident = backend->prepare({k == 0 ? voxels : model.volume, {&view, 1}, {}, similarity});
             }
             own.current = own.resident->with_views({&view, 1}, similarity);
         }

@@ -69,6 +69,7 @@ CompareInputs read_inputs(const CompareFlags& flags, CompareRun& run) {
         read_object_volume(flags.volume, inputs.views, [&](const VoxelGrid&) { return inputs.world_from_ct; });
     inputs.world_from_ct = read_pose(flags.pose, volume.files.front());
     inputs.volume = std::move(volume.volume);
+    inputs.volume.surface.reset();  // backends are compared by what they make of voxels
     append(run.files, volume.files);
     append(run.notes, volume.notes);
     run.hashes = hash_inputs(run.files);

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/evaluation/xray_parts.h"
+#include "core/geometry/camera.h"
 
 namespace raylign {
 using namespace detail;
@@ -99,11 +100,7 @@ Image last_factors(const XrayModel& model, int width, int height) {
 /// Two samples a pixel along each axis.
 View finely_sampled(const View& view) {
     View fine{view.name, view.geometry, {}, {}};
-    const double k = kSamplesPerPixel, first = (k - 1) / 2;
-    Eigen::Matrix3d samples_from_pixels;
-    samples_from_pixels << k, 0, first, 0, k, first, 0, 0, 1;
-    fine.geometry.camera.size_px *= kSamplesPerPixel;
-    fine.geometry.camera.intrinsics_px = samples_from_pixels * view.geometry.camera.intrinsics_px;
+    fine.geometry.camera = finer(view.geometry.camera, kSamplesPerPixel);
     return fine;
 }
 

@@ -88,6 +88,14 @@ Eigen::Vector3d ray_direction_world(const ViewGeometry& view, const Eigen::Vecto
     return (view.camera_from_world.rotation.transpose() * direction_camera).normalized();
 }
 
+Camera detail::finer(Camera camera, int n) {
+    Eigen::Matrix3d& k = camera.intrinsics_px;
+    k.topRows<2>() *= n;
+    k.topRightCorner<2, 1>().array() += (n - 1) / 2.0;
+    camera.size_px *= n;
+    return camera;
+}
+
 Camera detail::half_resolution(const Camera& camera) {
     Eigen::Matrix3d half_from_full = Eigen::Matrix3d::Identity();
     half_from_full.topLeftCorner<2, 2>() /= 2;

@@ -37,19 +37,53 @@ Change of_planes(const SurfacePixels& pixels, double length_mm, std::size_t uppe
     return change;
 }
 
-/// The depth of the edges between rays next to each other, in mm from the middle, and how strong they are.
-struct EdgeDepth {
-    double sum = 0, weight = 0;
+/// Where edges between rays next to each other are, in mm from the middle.
+class EdgeDepth {
+public:
+    /// Of the pixel's rays and those around them.
+    EdgeDepth(const SurfaceRays& rays, std::size_t upper, std::size_t lower) {
+        const auto below = static_cast<std::size_t>(rays.width());
+        for (const std::size_t row : {upper, lower}) {
+            for (const std::size_t ray : {row - 1, row, row + 1}) between(rays, ray, ray + 1);
+        }
+        for (const std::size_t column : {upper, upper + 1}) {
+            for (const std::size_t ray : {column - below, column, column + below}) between(rays, ray, ray + below);
+        }
+    }
+    [[nodiscard]] bool is_known() const { return weight_ > 0; }
+    [[nodiscard]] double mm(double most_mm) const { return std::clamp(sum_ / weight_, -most_mm, most_mm); }
 
+private:
     void between(const SurfaceRays& rays, std::size_t a, std::size_t b) {
         const double step =
             std::abs(static_cast<double>(rays.transmission(a)) - static_cast<double>(rays.transmission(b)));
         const double length = static_cast<double>(rays.sums(a).length()) - static_cast<double>(rays.sums(b).length());
         if (!(step > 0) || length == 0) return;
-        sum +=
-            step * (static_cast<double>(rays.sums(a).moment()) - static_cast<double>(rays.sums(b).moment())) / length;
-        weight += step;
+        const double moment = static_cast<double>(rays.sums(a).moment()) - static_cast<double>(rays.sums(b).moment());
+        sum_ += step * moment / length;
+        weight_ += step;
     }
+
+    double sum_ = 0, weight_ = 0;
+};
+
+/// What arrives at a pixel, and at it shifted by half of its side to all sides: the rays that it would have there.
+struct Arriving {
+    Arriving(const SurfaceRays& rays, std::size_t upper, std::size_t lower) {
+        const auto at = [&rays](std::size_t ray) { return static_cast<double>(rays.transmission(ray)); };
+        const auto of_four = [&at](std::size_t a, std::size_t b) {
+            return (at(a) + at(a + 1) + at(b) + at(b + 1)) / kRays;
+        };
+        const auto below = static_cast<std::size_t>(rays.width());
+        here = of_four(upper, lower);
+        left = of_four(upper - 1, lower - 1);
+        right = of_four(upper + 1, lower + 1);
+        up = of_four(upper - below, upper);
+        down = of_four(lower, lower + below);
+    }
+    double here, left, right, up, down;
+
+    [[nodiscard]] bool is_air() const { return here == 1 && left == 1 && right == 1 && up == 1 && down == 1; }
 };
 
 /// What takes the pixel from one transmission to another, as a change of transmission where it is: what it shows
@@ -75,36 +109,19 @@ void SurfacePixels::draw(const DrrTarget& target) const {
 void SurfacePixels::draw(const RayFrameDerivatives& derivatives, const DrrTarget& target) const {
     draw(target);
     const double floor = std::exp(-frame.ceiling);
-    const auto below = static_cast<std::size_t>(rays.width());
     const Eigen::RowVector3d along_u = seen.pixel_from_voxel.row(0), along_v = seen.pixel_from_voxel.row(1),
                              along_depth = seen.pixel_from_voxel.row(2);
     for_each_pixel(rays, [&](int x, int y, std::size_t upper, std::size_t lower) {
-        const auto at = [this](std::size_t ray) { return static_cast<double>(rays.transmission(ray)); };
-        const std::size_t above = upper - below, under = lower + below;
-        const double arriving = (at(upper) + at(upper + 1) + at(lower) + at(lower + 1)) / kRays;
-        // Of the pixel shifted by half of its side to either side: the rays that it would have there.
-        const double left = at(upper - 1) + at(upper) + at(lower - 1) + at(lower);
-        const double right = at(upper + 1) + at(upper + 2) + at(lower + 1) + at(lower + 2);
-        const double up = at(above) + at(above + 1) + at(upper) + at(upper + 1);
-        const double down = at(lower) + at(lower + 1) + at(under) + at(under + 1);
-        if (arriving == 1 && left == kRays && right == kRays && up == kRays && down == kRays) return;
-        const double scale = -(1 - floor) / (floor + (1 - floor) * arriving);
-        const double by_u = slope(left / kRays, right / kRays, floor, scale);
-        const double by_v = slope(up / kRays, down / kRays, floor, scale);
-        const Eigen::Vector3d ray = frame.ray_voxel(x, y);
-        Change change = of_planes(*this, spacing_mm.cwiseProduct(ray).norm(), upper, lower);
-        EdgeDepth edge;
-        for (const std::size_t row : {upper, lower}) {
-            for (const std::size_t ray_before : {row - 1, row, row + 1}) edge.between(rays, ray_before, ray_before + 1);
-        }
-        for (const std::size_t column : {upper, upper + 1}) {
-            for (const std::size_t row : {column - below, column, column + below}) edge.between(rays, row, row + below);
-        }
-        if (edge.weight > 0) {
-            const double depth_mm =
-                seen.depth_mm + std::clamp(edge.sum / edge.weight, -seen.half_depth_mm, seen.half_depth_mm);
-            const double rest_u = by_u - change.direction.dot(frame.step_u_voxel);
-            const double rest_v = by_v - change.direction.dot(frame.step_v_voxel);
+        const Arriving arriving(rays, upper, lower);
+        if (arriving.is_air()) return;
+        const double scale = -(1 - floor) / (floor + (1 - floor) * arriving.here);
+        Change change = of_planes(*this, spacing_mm.cwiseProduct(frame.ray_voxel(x, y)).norm(), upper, lower);
+        if (const EdgeDepth edge(rays, upper, lower); edge.is_known()) {
+            const double depth_mm = seen.depth_mm + edge.mm(seen.half_depth_mm);
+            const double rest_u =
+                slope(arriving.left, arriving.right, floor, scale) - change.direction.dot(frame.step_u_voxel);
+            const double rest_v =
+                slope(arriving.up, arriving.down, floor, scale) - change.direction.dot(frame.step_v_voxel);
             const Eigen::Vector3d jump =
                 (rest_u * (along_u - x * along_depth) + rest_v * (along_v - y * along_depth)).transpose() / depth_mm;
             change.source += jump;

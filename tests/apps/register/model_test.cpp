@@ -67,6 +67,42 @@ TEST_F(RegisterModel, FindsThePoseOfAnImplant) {
     EXPECT_THAT(notes, testing::Not(HasSubstr("saturat"))) << "no metal";
 }
 
+TEST_F(RegisterModel, DrrsAreMadeFromItsTrianglesUnlessVoxelsAreAskedFor) {
+    write_text_file(folder.path("part.stl"), "solid part\n" + box_facets({-60, -20, -50}, {-20, 20, 60}) +
+                                                 box_facets({-15, -10, -50}, {70, 15, -15}) + "endsolid part\n");
+    const auto drr = [&](const std::string& name, const std::vector<std::string>& more) {
+        std::vector<std::string> list{"--material", "MU=0.02",
+                                      "--views",    folder.path("geometry.json"),
+                                      "--pose",     folder.path("truth.json"),
+                                      "-o",         folder.path(name)};
+        list.insert(list.end(), more.begin(), more.end());
+        return run_raylign(arguments("drr", list));
+    };
+    const ProgramResult exact = drr("exact", {}), voxels = drr("voxels", {"--mesh-drr", "voxels"});
+    ASSERT_EQ(exact.exit_code, 0) << exact.err;
+    ASSERT_EQ(voxels.exit_code, 0) << voxels.err;
+    EXPECT_NE(read_text(folder.path("exact/drr_AP.tif")), read_text(folder.path("voxels/drr_AP.tif")));
+    EXPECT_EQ(drr("other", {"--mesh-drr", "cubes"}).exit_code, 2);
+    EXPECT_THAT(drr("other", {"--mesh-drr", "cubes"}).err, HasSubstr("triangles or voxels"));
+    const ProgramResult run = run_raylign(arguments(
+        "register", {"--material", "MU=0.02", "--views", folder.path("exact/views.json"), "--start",
+                     folder.path("start.json"), "--truth", folder.path("truth.json"), "-o", folder.path("result")}));
+    EXPECT_LE(run.exit_code, 1) << run.err;
+    const json report = json::parse(read_text(folder.path("result/report.json")));
+    EXPECT_THAT(report.at("notes").dump(), HasSubstr("DRRs are made from 24 triangles"));
+    EXPECT_EQ(report.at("levels").back().at("engine_volume_layout"), "24 triangles");
+    EXPECT_LT(report.at("tre").at("final_mtre_mm"), 0.1) << "a pixel there is 4 mm";
+}
+
+TEST_F(RegisterModel, AStudySimulatesItsXraysByOtherRays) {
+    write_text_file(folder.path("part.stl"), "solid part\n" + box_facets({-60, -20, -50}, {40, 20, 60}) + "endsolid\n");
+    const ProgramResult run = run_raylign(
+        arguments("study", {"--material", "MU=0.02", "--views", folder.path("geometry.json"), "--truth",
+                            folder.path("truth.json"), "--bins", "4:4:8", "--per-bin", "1", "-o", folder.path("study")}));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(read_text(folder.path("study/study.json")), HasSubstr("6 x 6 rays a pixel"));
+}
+
 TEST_F(RegisterModel, WhatItIsMadeOfMustBeSaid) {
     const std::vector<std::string> more{"--views", folder.path("geometry.json"), "--pose", folder.path("truth.json"),
                                         "-o",      folder.path("xrays")};

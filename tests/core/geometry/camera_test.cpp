@@ -158,6 +158,16 @@ TEST(HalfResolutionCamera, SeesAnAveragedPixelAtTheMiddleOfItsFour) {
     EXPECT_EQ(half_resolution(Camera{{7, 5}, view.camera.intrinsics_px, {}}).size_px, Eigen::Vector2i(3, 2));
 }
 
+TEST(FinerCamera, SeesThePixelAtTheMiddleOfThoseInItsPlace) {
+    const ViewGeometry view = odd_view();
+    const ViewGeometry fine{finer(view.camera, 3), view.camera_from_world};
+    EXPECT_EQ(fine.camera.size_px, Eigen::Vector2i(1920, 1440));
+    for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(0, 0), Eigen::Vector2d(639, 479), Eigen::Vector2d(7, 100)}) {
+        const Eigen::Vector2d middle = 3 * pixel + Eigen::Vector2d(1, 1);
+        EXPECT_LT((ray_direction_world(fine, middle) - ray_direction_world(view, pixel)).norm(), 1e-14);
+    }
+}
+
 void expect_refused(const Camera& camera, const std::string& reason) {
     EXPECT_THAT(test::error_of([&] { check_camera(camera, "view 3"); }),
                 testing::AllOf(testing::HasSubstr(reason), testing::HasSubstr("view 3")));

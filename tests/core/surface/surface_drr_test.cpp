@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/camera.h"
 #include "core/image/gradient_filter.h"
 #include "raylign/phantom.h"
 #include "tests/support/errors.h"
@@ -59,12 +60,9 @@ protected:
         return drawn;
     }
 
-    /// The view with n x n pixels in place of each.
     [[nodiscard]] ViewGeometry finer(int n) const {
         ViewGeometry fine = view_;
-        fine.camera.size_px *= n;
-        fine.camera.intrinsics_px.topRows<2>() *= n;
-        fine.camera.intrinsics_px.topRightCorner<2, 1>().array() += (n - 1) / 2.0;
+        fine.camera = detail::finer(view_.camera, n);
         return fine;
     }
 
