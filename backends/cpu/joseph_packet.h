@@ -46,7 +46,7 @@ struct SlabPart {
 struct ReadAhead;
 
 /// A way to read a packet's voxels that beats gathers, where the instruction set has one (footprint_avx512.h,
-/// footprint_avx2.h).
+/// footprint_avx2.h, footprint_neon.h).
 template <class Arch>
 struct Footprint {
     static constexpr VoxelStorage storage = kFloat32;  ///< what it is fastest with

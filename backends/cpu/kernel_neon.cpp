@@ -1,5 +1,7 @@
 // The kernels for NEON of 64-bit ARM.
+#include "backends/cpu/footprint_neon.h"
 #include "backends/cpu/kernels.h"
+#include "backends/cpu/pairs_neon.h"
 
 namespace raylign::detail::cpu {
 

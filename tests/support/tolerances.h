@@ -16,9 +16,9 @@ inline constexpr double kPoseMtre_mm = 0.01;
 /// Voxels rounded to 16 bits: half a step of 2^-16 each way, of independent sign along a ray; beside the float sums.
 inline constexpr double kInt16ImageShare = 1.5e-5;
 
-/// Fractions of 15 bits between two int16 voxels of a row (AVX2): j / 32767 stands for [j, j + 1) / 32768, off by 2^-15
-/// at most, and by nothing on average over j. As a share of the step between the two, where all samples of a ray have
-/// the same fraction; and the float sums.
+/// Fractions of 15 bits between two int16 voxels of a row (AVX2, NEON): j / 32767 stands for [j, j + 1) / 32768, off by
+/// 2^-15 at most, and by nothing on average over j. As a share of the step between the two, where all samples of a ray
+/// have the same fraction; and the float sums.
 inline constexpr double kInt16FractionShare = 0x1p-15 + 1e-6;
 
 /// The same on the small scene of 5 mm voxels, whose valley is so flat that the float rounding of the costs (1e-8)

@@ -1,5 +1,6 @@
 // What int16 arithmetic adds to the rounding of voxels: fractions of 15 bits along a row
-// (backends/cpu/footprint_avx2.h). Voxels here are whole multiples of the unit, so that storing them loses nothing.
+// (backends/cpu/footprint_avx2.h, footprint_neon.h). Voxels here are whole multiples of the unit, so that storing them
+// loses nothing.
 #include <algorithm>
 #include <cmath>
 
