@@ -185,11 +185,8 @@ private:
                 const Range rows = range(row_source, packet->row_line, packet->row_spread, packet->limited, part);
                 const Range columns =
                     range(column_source, packet->column_line, packet->column_spread, packet->limited, part);
-                if (!is_occupied(layout, slab, rows, columns)) {
-                    ahead.at_once();
-                    continue;
-                }
-                ahead.fill_up();
+                if (!is_occupied(layout, slab, rows, columns)) continue;
+                ahead.take();
                 part.row = row_source + part.d0 * packet->row_line;
                 part.column = column_source + part.d0 * packet->column_line;
                 part.row0 = floor_clamped(rows.low - 1, -1, layout.rows);
@@ -197,6 +194,7 @@ private:
                 if (packet->limited || !Footprint<Arch>::template march<Voxel, order>(layout, *packet, part, ahead))
                     march_slab(layout, *packet, part, ahead);
             }
+            ahead.at_once();
         }
     }
 
