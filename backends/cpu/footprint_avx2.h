@@ -78,14 +78,22 @@ struct Footprint<Avx2> {
 private:
     static constexpr float kSteps[kSlabPlanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     static constexpr float kPoint = 16777216;  // 2^24
-    static constexpr int kWholeBits = static_cast<int>(0xFF000000U);
+    /// Rows are counted in so many bits, so that the sign tells the upper half of them.
+    template <int rows>
+    static constexpr int kRowBits = rows == 4 ? 2 : 3;
 
     /// A line across the planes of a slab, per lane: where it is on the first plane and how far it goes to the next.
     struct Line {
         __m256i at, step;
 
         void advance() { at = _mm256_add_epi32(at, step); }
-        [[nodiscard]] __m256i whole() const { return _mm256_and_si256(at, _mm256_set1_epi32(kWholeBits)); }
+        [[nodiscard]] __m256i whole(int bits) const {
+            return _mm256_and_si256(at, _mm256_set1_epi32(static_cast<int>(~0U << (32 - bits))));
+        }
+        /// With so many bits before the point instead of 8: what is above is lost, and not missed in differences.
+        [[nodiscard]] Line with_whole_bits(int bits) const {
+            return {_mm256_slli_epi32(at, 8 - bits), _mm256_slli_epi32(step, 8 - bits)};
+        }
     };
     static __m256i fixed(__m256 value) { return _mm256_cvtps_epi32(_mm256_mul_ps(value, _mm256_set1_ps(kPoint))); }
     static Line line(double start, double slope, double distance, __m256 offset) {
@@ -121,24 +129,27 @@ private:
             const __m256i stride = _mm256_set1_epi32(static_cast<std::int32_t>(layout.row_stride));
             for (std::size_t square = 0; square < 2; ++square) {
                 const std::size_t lane = 4 * square;
-                for (int k = 0; k < kSlabPlanes; k += 8) {
-                    const __m256i r =
-                        whole(row[lane], row_step[lane], k, layout.begin[1] - part.row0, layout.end[1] - part.row0);
-                    const __m256i c = whole(column[lane], column_step[lane], k, layout.begin[2] - part.column0,
-                                            layout.end[2] - part.column0);
+                Line r = planes(row[lane], row_step[lane]), c = planes(column[lane], column_step[lane]);
+                for (int k = 0; k < kSlabPlanes; k += 8, r.advance(), c.advance()) {
+                    const __m256i whole_r = clamped(r, layout.begin[1] - part.row0, layout.end[1] - part.row0);
+                    const __m256i whole_c = clamped(c, layout.begin[2] - part.column0, layout.end[2] - part.column0);
                     _mm256_store_si256(reinterpret_cast<__m256i*>(offset[square] + k),
-                                       _mm256_add_epi32(_mm256_mullo_epi32(r, stride), c));
+                                       _mm256_add_epi32(_mm256_mullo_epi32(whole_r, stride), whole_c));
                 }
             }
         }
 
     private:
-        static __m256i whole(std::int32_t at, std::int32_t step, int k, int begin, int end) {
-            const __m256i planes = _mm256_add_epi32(_mm256_set1_epi32(k), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
-            const __m256i place =
-                _mm256_add_epi32(_mm256_set1_epi32(at), _mm256_mullo_epi32(planes, _mm256_set1_epi32(step)));
+        /// A lane's places on the first eight planes, and the way to the next eight.
+        static Line planes(std::int32_t at, std::int32_t step) {
+            const __m256i each = _mm256_set1_epi32(step);
+            return {_mm256_add_epi32(_mm256_set1_epi32(at),
+                                     _mm256_mullo_epi32(each, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))),
+                    _mm256_slli_epi32(each, 3)};
+        }
+        static __m256i clamped(const Line& line, int begin, int end) {
             return _mm256_min_epi32(
-                _mm256_max_epi32(_mm256_srai_epi32(place, 24), _mm256_set1_epi32(begin - kPadVoxels)),
+                _mm256_max_epi32(_mm256_srai_epi32(line.at, 24), _mm256_set1_epi32(begin - kPadVoxels)),
                 _mm256_set1_epi32(end));
         }
     };
@@ -148,8 +159,14 @@ private:
         return _mm256_inserti128_si256(_mm256_castsi128_si256(low),
                                        _mm_loadu_si128(reinterpret_cast<const __m128i*>(second)), 1);
     }
-    static __m256i at_least(__m256i row, int whole) {
-        return _mm256_cmpgt_epi32(row, _mm256_set1_epi32((whole << 24) - 1));
+    /// The second of two where the row, a number in the top bits of r, is `least` or more. The choice goes by the sign,
+    /// that is, by whether the row is 2 (of three) or 4 (of five).
+    template <int rows>
+    static __m256i from_row(int least, __m256i r, __m256i below, __m256i above) {
+        constexpr int half = rows == 4 ? 2 : 4, bits = kRowBits<rows>;
+        const __m256i sign = least == half ? r : _mm256_add_epi32(r, _mm256_set1_epi32((half - least) << (32 - bits)));
+        return _mm256_castps_si256(
+            _mm256_blendv_ps(_mm256_castsi256_ps(below), _mm256_castsi256_ps(above), _mm256_castsi256_ps(sign)));
     }
 
     template <int rows, Order order>
@@ -160,6 +177,8 @@ private:
         Line row_base = line(row0 - margin, packet.row_line, part.d0, halves(packet.lines.row));
         Line column_base = line(column0 - margin, packet.column_line, part.d0, halves(packet.lines.column));
         const Places places(layout, part, row_base, column_base);
+        row = row.with_whole_bits(kRowBits<rows>);
+        row_base = row_base.with_whole_bits(kRowBits<rows>);
         const __m256i whole_columns = every_four(3, 3, 3, 3, 4), fractions = every_four(1, 2, 1, 2, 4),
                       bytes = every_four(0, 1, 2, 3, 0), complement = _mm256_set1_epi32(0x7FFF),
                       difference = _mm256_set1_epi32(0x0001FFFF);
@@ -170,24 +189,23 @@ private:
         SlopeSums<xsimd::batch<float, Avx2>> slopes;
         for (int k = 0; k < part.end - part.begin; ++k, plane += layout.plane_stride) {
             ahead.on_plane(k);
-            const __m256i r = _mm256_sub_epi32(row.at, row_base.whole()),
-                          c = _mm256_sub_epi32(column.at, column_base.whole());
-            const __m256i first = _mm256_shuffle_epi8(c, whole_columns);
+            const __m256i r = _mm256_sub_epi32(row.at, row_base.whole(kRowBits<rows>));
+            // Of the column's distance only the whole is needed: bytes on their own, whatever the others become.
+            const __m256i first = _mm256_shuffle_epi8(_mm256_sub_epi8(column.at, column_base.at), whole_columns);
             const __m256i index = _mm256_add_epi8(_mm256_add_epi8(first, first), bytes);
             const __m256i weights =
-                _mm256_xor_si256(_mm256_srli_epi16(_mm256_shuffle_epi8(c, fractions), 1), complement);
+                _mm256_xor_si256(_mm256_srli_epi16(_mm256_shuffle_epi8(column.at, fractions), 1), complement);
             const std::int16_t *a = plane + places.offset[0][k], *b = plane + places.offset[1][k];
             const auto pairs = [&](int i) {
                 return _mm256_shuffle_epi8(row_of_both(a + i * stride, b + i * stride), index);
             };
-            __m256i even = _mm256_blendv_epi8(pairs(0), pairs(2), at_least(r, 1)),
-                    odd = _mm256_blendv_epi8(pairs(1), pairs(3), at_least(r, 2));
+            __m256i even = from_row<rows>(1, r, pairs(0), pairs(2)), odd = from_row<rows>(2, r, pairs(1), pairs(3));
             if constexpr (rows == 6) {
-                even = _mm256_blendv_epi8(even, pairs(4), at_least(r, 3));
-                odd = _mm256_blendv_epi8(odd, pairs(5), at_least(r, 4));
+                even = from_row<rows>(3, r, even, pairs(4));
+                odd = from_row<rows>(4, r, odd, pairs(5));
             }
             // The row modulo 2, in [-1, 1): its size is the distance from the even row, its sign says on which side.
-            const __m256 side = _mm256_cvtepi32_ps(_mm256_slli_epi32(r, 7));
+            const __m256 side = _mm256_cvtepi32_ps(_mm256_slli_epi32(r, kRowBits<rows> - 1));
             const __m256 from_even = _mm256_andnot_ps(sign_bit, side);
             const __m256i e = _mm256_madd_epi16(even, weights), o = _mm256_madd_epi16(odd, weights);
             const __m256 rise = _mm256_cvtepi32_ps(_mm256_sub_epi32(o, e));
