@@ -96,9 +96,9 @@ TEST_F(RegisterModel, DrrsAreMadeFromItsTrianglesUnlessVoxelsAreAskedFor) {
 
 TEST_F(RegisterModel, AStudySimulatesItsXraysByOtherRays) {
     write_text_file(folder.path("part.stl"), "solid part\n" + box_facets({-60, -20, -50}, {40, 20, 60}) + "endsolid\n");
-    const ProgramResult run = run_raylign(
-        arguments("study", {"--material", "MU=0.02", "--views", folder.path("geometry.json"), "--truth",
-                            folder.path("truth.json"), "--bins", "4:4:8", "--per-bin", "1", "-o", folder.path("study")}));
+    const ProgramResult run = run_raylign(arguments(
+        "study", {"--material", "MU=0.02", "--views", folder.path("geometry.json"), "--truth",
+                  folder.path("truth.json"), "--bins", "4:4:8", "--per-bin", "1", "-o", folder.path("study")}));
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_THAT(read_text(folder.path("study/study.json")), HasSubstr("6 x 6 rays a pixel"));
 }
