@@ -1,19 +1,15 @@
 #include "backends/cpu/cpu_session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "backends/cpu/clock.h"
 #include "core/geometry/dominant_axis.h"
 #include "core/image/gradient_filter.h"
-#include "core/surface/surface_drr.h"
 
 namespace raylign::detail::cpu {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Images that are in work at once where threads share them: 64 MiB of floats at most.
 constexpr std::size_t kImagesInWork = std::size_t{16} << 20;
@@ -90,9 +86,6 @@ std::unique_ptr<Session> CpuSession::with_views(std::span<const View> views, con
     return std::make_unique<CpuSession>(*this, views, similarity);
 }
 
-std::size_t CpuSession::volume_bytes() const { return surface() ? surface()->bytes() : layouts_->bytes(); }
-std::string CpuSession::volume_layout() const { return surface() ? surface()->description() : layouts_->description(); }
-
 /// All that depends on the views: their plans, and what threads work in.
 void CpuSession::make_plans(std::span<const View> views, const Similarity& similarity) {
     if (similarity.metric == Metric::gc) {
@@ -163,25 +156,6 @@ void CpuSession::cast_tile(const RayFrame& frame, const FrameDerivatives* deriva
     }
     if (std::isfinite(frame.ceiling)) saturate(job, static_cast<float>(frame.ceiling));
     slot.cast_s += seconds_since(start);
-}
-
-void CpuSession::draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, float* image,
-                              std::ptrdiff_t stride) {
-    const SurfaceProjection seen = surface()->project(frame, views_[frame.view].size_px);
-    const DrrTarget target{image, stride, static_cast<std::ptrdiff_t>(image_floats_)};
-    workers_.run(seen.bands.size(), [&](std::size_t band, int thread) {
-        const auto start = Clock::now();
-        surface()->draw(seen, frame, derivatives, band, target);
-        slots_[thread].cast_s += seconds_since(start);
-    });
-}
-
-void CpuSession::draw_surfaces(const Work& work) {
-    for (std::size_t i = 0; i < work.frames.size(); ++i) {
-        const RayFrame& frame = work.frames[i];
-        draw_surface(frame, work.of_surface.empty() ? nullptr : &work.of_surface[i],
-                     &images_[i * work.images_per_frame() * image_floats_], views_[frame.view].stride);
-    }
 }
 
 void CpuSession::sum_band(const Work& work, std::size_t frame, int band, const float* image, Slot& slot) {
@@ -330,43 +304,6 @@ void CpuSession::share_time(double wall_s) {
     if (!(cast_s + band_s > 0)) return;
     timing_.drr_s += wall_s * cast_s / (cast_s + band_s);
     (channels_ == 2 ? timing_.gradient_s : timing_.reduction_s) += wall_s * band_s / (cast_s + band_s);
-}
-
-Image CpuSession::render_frame(const RayFrame& frame) {
-    make_layouts_for(frame);
-    const auto start = Clock::now();
-    const ViewPlan& view = views_[frame.view];
-    Image drr(view.size_px.x(), view.size_px.y());
-    if (surface()) draw_surface(frame, nullptr, drr.pixels.data(), drr.width);
-    workers_.run(surface() ? 0 : view.tiles(), [&](std::size_t tile, int thread) {
-        cast_tile(frame, nullptr, static_cast<int>(tile), drr.pixels.data(), drr.width, false, slots_[thread]);
-    });
-    share_time(seconds_since(start));
-    return drr;
-}
-
-DrrWithDerivatives CpuSession::render_frame(const RayFrame& frame, const RayFrameDerivatives& derivatives) {
-    make_layouts_for(frame);
-    const auto start = Clock::now();
-    const ViewPlan& view = views_[frame.view];
-    const FrameDerivatives floats = frame_derivatives(derivatives);
-    images_.resize(std::max(images_.size(), (1 + kParameters) * image_floats_));
-    if (surface()) draw_surface(frame, &derivatives, images_.data(), view.stride);
-    workers_.run(surface() ? 0 : view.tiles(), [&](std::size_t tile, int thread) {
-        cast_tile(frame, &floats, static_cast<int>(tile), images_.data(), view.stride, false, slots_[thread]);
-    });
-    const auto image = [&](int i) {
-        Image out(view.size_px.x(), view.size_px.y());
-        const float* row = images_.data() + i * image_floats_;
-        for (int y = 0; y < out.height; ++y, row += view.stride) {
-            std::copy_n(row, out.width, out.pixels.begin() + static_cast<std::ptrdiff_t>(y) * out.width);
-        }
-        return out;
-    };
-    DrrWithDerivatives drr{image(0), {}};
-    for (int i = 0; i < kParameters; ++i) drr.derivatives[i] = image(1 + i);
-    share_time(seconds_since(start));
-    return drr;
 }
 
 }  // namespace raylign::detail::cpu

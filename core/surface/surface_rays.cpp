@@ -95,31 +95,29 @@ void SurfaceRays::add_row(const Facet& facet, int row, int first, int end, doubl
         return found_mm > facet.low_mm ? std::min(found_mm, facet.high_mm) : facet.low_mm;
     };
     const double most_mm = frame_.depth_max_mm;
+    const auto from_middle = [&](double depth_mm) { return static_cast<float>(depth_mm - seen_.depth_mm); };
+    const auto per_mm = static_cast<float>(attenuation_per_mm);
     if (sums_.empty()) {
         float* const lengths = &lengths_[place(first, row)];
-        for (int x = first; x < end; ++x) {
-            const double t = std::min(depth_at(x), most_mm) - seen_.depth_mm;
-            lengths[x - first] += static_cast<float>(attenuation_per_mm * t);
-        }
+        for (int x = first; x < end; ++x) lengths[x - first] += from_middle(std::min(depth_at(x), most_mm)) * per_mm;
         return;
     }
     const Eigen::Vector3f plane = (attenuation_per_mm * facet.plane).cast<float>();
     const Eigen::Vector3f middle = (attenuation_per_mm * seen_.depth_mm * facet.plane).cast<float>();
-    const Eigen::Array4f per_mm(plane.x(), plane.y(), plane.z(), static_cast<float>(attenuation_per_mm)),
+    const Eigen::Array4f slope(plane.x(), plane.y(), plane.z(), per_mm),
         at_middle(middle.x(), middle.y(), middle.z(), 0), share(1, 1, 1, 0.5F);
     RaySums* const rays = &sums_[place(first, row)];
     for (int x = first; x < end; ++x) {
         const double depth_mm = depth_at(x);
         RaySums& ray = rays[x - first];
+        const float t = from_middle(std::min(depth_mm, most_mm));
         if (depth_mm < most_mm) {
-            const auto t = static_cast<float>(depth_mm - seen_.depth_mm);
-            const Eigen::Array4f met = t * per_mm + at_middle;
+            const Eigen::Array4f met = t * slope + at_middle;
             ray.sums += met;
             ray.moments += t * (met * share);
         } else {  // the detector's plane stays where it is
-            const auto t = static_cast<float>(most_mm - seen_.depth_mm);
-            ray.sums[3] += t * per_mm[3];
-            ray.moments[3] += t * t * per_mm[3] / 2;
+            ray.sums[3] += t * per_mm;
+            ray.moments[3] += t * (t * per_mm * share[3]);
         }
     }
 }
