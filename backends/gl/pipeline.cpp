@@ -64,9 +64,7 @@ void Pipeline::upload_frames(std::span<const RayFrame> frames, std::span<const R
 }
 
 std::size_t Pipeline::bytes_per_frame(const Job& job) const {
-    const std::size_t filtered = channels_ == 2 ? 2 : 0;
-    return sizeof(float) * job.images_per_frame * image_floats_ * (1 + filtered) +
-           sizeof(double) * job.sums_per_frame * blocks_;
+    return sizeof(float) * job.images_per_frame * image_floats_ + sizeof(double) * job.sums_per_frame * blocks_;
 }
 
 void Pipeline::need_work(const Job& job, std::size_t frames) {
@@ -74,7 +72,6 @@ void Pipeline::need_work(const Job& job, std::size_t frames) {
     if (images_floats_ < floats) {
         images_ =
             make_storage(context_, "images in work", floats * sizeof(float), drawing_ ? GL_DYNAMIC_STORAGE_BIT : 0);
-        if (channels_ == 2) rows_ = make_storage(context_, "images filtered along x", 2 * floats * sizeof(float), 0);
         images_floats_ = floats;
     }
     const std::size_t partials = frames * job.sums_per_frame * blocks_;
@@ -93,7 +90,6 @@ void Pipeline::bind(const Job& job) const {
     storage(kFrameBinding, frames_);
     if (job.derivatives) storage(kDerivativeBinding, derivatives_);
     storage(kImageBinding, images_);
-    storage(kRowBinding, rows_);
     storage(kFixedBinding, fixed_images_);
     storage(kPartialBinding, partials_);
     storage(kSumBinding, sums_.buffer);

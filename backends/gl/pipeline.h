@@ -32,10 +32,9 @@ struct ReadBack {
 /// Draws the DRR of a frame on the host, and its derivatives unless they are null.
 using HostDrawing = std::function<void(const RayFrame&, const RayFrameDerivatives*, const DrrTarget&)>;
 
-/// A scene on the device, and the passes over it: cast (drr.comp), filter along x (rows.comp), filter along y with the
-/// weighted sums of blocks of pixels (moments.comp, jacobian.comp), totals (total.comp). Each frame is worked on alone
-/// and each sum added up in a fixed order, so that the batch does not change a bit. The context must
-/// be current in all calls, the constructor and the destructor.
+/// A scene on the device, and the passes over it: cast (drr.comp), filter with the weighted sums of blocks of pixels
+/// (sums.comp), totals (total.comp). Each frame is worked on alone and each sum added up in a fixed order, so that the
+/// batch does not change a bit. The context must be current in all calls, the constructor and the destructor.
 class Pipeline final : public DeviceScene {
 public:
     using Options = PipelineOptions;
@@ -80,12 +79,12 @@ private:
     void cast(const Job& job, const Chunk& chunk);
     void upload_drawn(const Job& job, const Chunk& chunk);
     void cast_rows(const Job& job, const Chunk& chunk, const Rows& rows);
-    void filter(const Job& job, const Chunk& chunk);
+    void add_up(const Job& job, const Chunk& chunk);
     void total(const Job& job, const Chunk& chunk);
     void bind(const Job& job) const;
     [[nodiscard]] double samples(const RayFrame& frame, bool derivatives) const;
     [[nodiscard]] ProgramSource cast_source(const Job& job) const;
-    [[nodiscard]] ProgramSource sums_source(const Job& job, int channel) const;
+    [[nodiscard]] ProgramSource sums_source(const Job& job) const;
 
     PipelineOptions options_;
     HostDrawing drawing_;                                ///< empty: rays are cast on the device
@@ -93,7 +92,7 @@ private:
     Eigen::Vector2i most_px_ = Eigen::Vector2i::Zero();  ///< columns and rows of the widest and of the highest view
     std::size_t image_floats_ = 0, blocks_ = 0;          ///< the most that one view has
     Buffer fixed_images_;
-    Buffer frames_, derivatives_, images_, rows_, partials_;
+    Buffer frames_, derivatives_, images_, partials_;
     std::size_t frames_capacity_ = 0, derivatives_capacity_ = 0, images_floats_ = 0, partials_count_ = 0;
     ReadBack sums_, images_read_;
     double cast_samples_ = 0;  ///< since times were collected

@@ -6,16 +6,16 @@
 namespace raylign::detail::gl {
 namespace {
 
-enum UniformLocation : GLint { kFirstFrame = 0, kFirstRow = 1, kImagesPerFrame = 2, kSmoothedRows = 4 };
+enum UniformLocation : GLint { kFirstFrame = 0, kFirstRow = 1 };
 
-constexpr int kTile_px = 8;                                    ///< side of a work group's tile (drr.comp, rows.comp)
+const Eigen::Vector2i kSumsTile_px{16, 64};                    ///< a work group's tile (sums.comp)
+constexpr int kTile_px = 8;                                    ///< side of a work group's tile (drr.comp)
 constexpr std::size_t kHardwareWork = std::size_t{256} << 20;  ///< bytes of frames in work: enough to fill a GPU
 constexpr std::size_t kSoftwareWork = std::size_t{16} << 20;   ///< stays near the processor's caches
 constexpr double kDerivativeCost = 3;                          ///< of a DRR: four texels, and six images to filter
 /// One image alone is too few rays to hide a GPU's latency: they are shared out.
 constexpr int kHardwareParts = 4;
 
-ProgramSource rows_source() { return {{"rows.comp"}, {{"MAX_TAPS", kMostTaps}}}; }
 ProgramSource total_source() { return {{"total.comp"}, {{"MAX_TAPS", kMostTaps}}}; }
 
 }  // namespace
@@ -32,9 +32,9 @@ std::vector<Chunk> Pipeline::chunks_of(const Job& job) const {
     for (const RayFrame& frame : job.frames) cost.push_back(samples(frame, job.derivatives));
     std::size_t work = context_.device().software ? kSoftwareWork : kHardwareWork;
     if (options_.work_bytes > 0) work = options_.work_bytes;
-    // One image buffer, twice as large once filtered, must fit into one block, too.
-    const std::size_t largest = 2 * sizeof(float) * job.images_per_frame * image_floats_;
-    const std::size_t block = std::max(largest, sizeof(double) * job.sums_per_frame * blocks_);
+    // Each of the buffers must fit into one block, too.
+    const std::size_t block =
+        std::max(sizeof(float) * job.images_per_frame * image_floats_, sizeof(double) * job.sums_per_frame * blocks_);
     const std::size_t most =
         std::min(work / bytes_per_frame(job), context_.device().limits.storage_block_bytes / block);
     return plan_chunks(cost, {context_.samples_per_ms(), options_.chunk_ms, std::max<std::size_t>(most, 1)});
@@ -117,7 +117,7 @@ void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {
     drawing_ ? upload_drawn(job, chunk) : cast(job, chunk);
     clock_.end(Stage::drr);
     if (job.sums) {
-        filter(job, chunk);
+        add_up(job, chunk);
         clock_.end(channels_ == 2 ? Stage::gradient : Stage::reduction);
         total(job, chunk);
         clock_.end(Stage::reduction);
@@ -161,21 +161,18 @@ ProgramSource Pipeline::cast_source(const Job& job) const {
              {"MAX_TAPS", kMostTaps}}};
 }
 
-ProgramSource Pipeline::sums_source(const Job& job, int channel) const {
-    ProgramSource source{{job.derivatives ? "jacobian.comp" : "moments.comp"},
-                         {{"GRADIENT", channels_ == 2}, {"MAX_TAPS", kMostTaps}}};
-    if (job.derivatives) source.defines.push_back({"CHANNEL", channel});
-    return source;
+ProgramSource Pipeline::sums_source(const Job& job) const {
+    return {{"sums.comp"},
+            {{"GRADIENT", channels_ == 2},
+             {"DERIVATIVES", job.derivatives},
+             {"MOST_RADIUS", kMostRadius_px},
+             {"MAX_TAPS", kMostTaps}}};
 }
 
 /// All that the job needs: drivers compile side by side what they are asked for at once.
 void Pipeline::compile(const Job& job) {
-    std::vector<ProgramSource> sources{total_source()};
+    std::vector<ProgramSource> sources{sums_source(job), total_source()};
     if (!drawing_) sources.push_back(cast_source(job));
-    if (channels_ == 2) sources.push_back(rows_source());
-    for (int channel = 0; channel < (job.derivatives ? channels_ : 1); ++channel) {
-        sources.push_back(sums_source(job, channel));
-    }
     make_programs(context_, sources);
 }
 
@@ -190,27 +187,13 @@ void Pipeline::cast_rows(const Job& job, const Chunk& chunk, const Rows& rows) {
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
-void Pipeline::filter(const Job& job, const Chunk& chunk) {
+void Pipeline::add_up(const Job& job, const Chunk& chunk) {
     const Gl& gl = context_.gl();
-    const auto images = static_cast<GLuint>(chunk.count * job.images_per_frame);
-    const auto smoothed = static_cast<GLuint>(images * image_floats_);
-    if (channels_ == 2) {
-        const GLuint rows = program(context_, rows_source());
-        gl.UseProgram(rows);
-        gl.ProgramUniform1ui(rows, kFirstFrame, static_cast<GLuint>(chunk.first));
-        gl.ProgramUniform1ui(rows, kImagesPerFrame, static_cast<GLuint>(job.images_per_frame));
-        gl.ProgramUniform1ui(rows, kSmoothedRows, smoothed);
-        gl.DispatchCompute(work_groups(most_px_.x(), kTile_px * kStripPx), work_groups(most_px_.y(), kTile_px), images);
-        gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    }
-    for (int channel = 0; channel < (job.derivatives ? channels_ : 1); ++channel) {
-        const GLuint sums = program(context_, sums_source(job, channel));
-        gl.UseProgram(sums);
-        gl.ProgramUniform1ui(sums, kFirstFrame, static_cast<GLuint>(chunk.first));
-        if (channels_ == 2) gl.ProgramUniform1ui(sums, kSmoothedRows, smoothed);
-        gl.DispatchCompute(work_groups(most_px_.x(), kBlockColumns_px), work_groups(most_px_.y(), kStripPx),
-                           static_cast<GLuint>(chunk.count));
-    }
+    const GLuint sums = program(context_, sums_source(job));
+    gl.UseProgram(sums);
+    gl.ProgramUniform1ui(sums, kFirstFrame, static_cast<GLuint>(chunk.first));
+    gl.DispatchCompute(work_groups(most_px_.x(), kSumsTile_px.x()), work_groups(most_px_.y(), kSumsTile_px.y()),
+                       static_cast<GLuint>(chunk.count));
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

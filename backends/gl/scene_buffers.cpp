@@ -19,13 +19,13 @@ Buffer filled(Context& context, std::string_view label, const std::vector<T>& va
     return buffer;
 }
 
-/// Pairs (smoothing, derivative), with the zeros before and after that strips need.
+/// Pairs (smoothing, derivative), with the zeros after them that strips need.
 std::vector<shared::vec4> taps_of(const Similarity& similarity) {
     std::vector<shared::vec4> taps(kMostTaps);
     if (similarity.metric == Metric::ncc) return taps;
     const GradientTaps filter = gradient_taps(similarity.filter);
     for (std::size_t i = 0; i < filter.smooth.size(); ++i) {
-        taps[i + kStripPx - 1] = {f(filter.smooth[i]), f(filter.derivative[i])};
+        taps[i] = {f(filter.smooth[i]), f(filter.derivative[i])};
     }
     return taps;
 }

@@ -9,9 +9,9 @@
 
 namespace raylign::detail::gl {
 
-inline constexpr int kStripPx = 4;           ///< pixels of a strip, rows of a block (filter.glsl, block_sums.glsl)
-inline constexpr int kBlockColumns_px = 64;  ///< columns of a block
-inline constexpr int kMostTaps = 2 * 64 + 1 + 2 * (kStripPx - 1);
+inline constexpr int kMostRadius_px = 64;                       ///< of a filter
+inline constexpr int kMostTaps = 2 * kMostRadius_px + 1 + 7;    ///< with the zeros that strips of eight pixels need
+inline constexpr int kBlockColumns_px = 16, kBlockRows_px = 8;  ///< whose sums are added up at once (sums.comp)
 
 /// As in shaders/buffers.glsl.
 enum UniformBinding : GLuint { kSceneBinding, kTapsBinding };
@@ -20,7 +20,6 @@ enum StorageBinding : GLuint {
     kDerivativeBinding,
     kViewBinding,
     kImageBinding,
-    kRowBinding,
     kFixedBinding,
     kPartialBinding,
     kSumBinding
@@ -46,7 +45,7 @@ void bind(const Gl& gl, const SceneBuffers& buffers);
 }
 /// Blocks of pixels that an image's sums are taken of.
 [[nodiscard]] inline GLuint blocks_of(const Eigen::Vector2i& size_px) {
-    return work_groups(size_px.x(), kBlockColumns_px) * work_groups(size_px.y(), kStripPx);
+    return work_groups(size_px.x(), kBlockColumns_px) * work_groups(size_px.y(), kBlockRows_px);
 }
 
 /// A buffer that the host may write to by commands, or with the given flags; 0 leaves it to the device alone. Throws

@@ -5,14 +5,13 @@
 const uint kParameters = 6;
 
 layout(std140, binding = 0) uniform SceneBlock { SceneData scene; };
-// Taps of the filter, x: smoothing, y: derivative; three zeros before and after (see filter.glsl).
+// Taps of the filter, x: smoothing, y: derivative; zeros after them (see strips.glsl).
 layout(std140, binding = 1) uniform TapsBlock { vec4 taps[MAX_TAPS]; };
 
 layout(std430, binding = 0) readonly buffer FrameBlock { FrameData frames[]; };
 layout(std430, binding = 1) readonly buffer DerivativeBlock { DerivativeData derivatives[]; };
 layout(std430, binding = 2) readonly buffer ViewBlock { ViewData views[]; };
 layout(std430, binding = 3) buffer ImageBlock { float images[]; };       // [frame in work][image][y][x]
-layout(std430, binding = 4) buffer RowBlock { float rows[]; };           // the same, filtered along x: all derivatives, then all smoothed
-layout(std430, binding = 5) readonly buffer FixedBlock { vec4 fixed_pixels[]; };  // channel 0, channel 1, weight
-layout(std430, binding = 6) buffer PartialBlock { double partials[]; };  // [frame in work][sum][block of pixels]
-layout(std430, binding = 7) buffer SumBlock { double sums[]; };          // [frame][sum]
+layout(std430, binding = 4) readonly buffer FixedBlock { vec4 fixed_pixels[]; };  // channel 0, channel 1, weight
+layout(std430, binding = 5) buffer PartialBlock { double partials[]; };  // [frame in work][sum][block of pixels]
+layout(std430, binding = 6) buffer SumBlock { double sums[]; };          // [frame][sum]

@@ -11,6 +11,6 @@ void main() {
     const int last = textureSize(image, 0).y - 1, radius = int(scene.counts.w);
     gradients = vec2(0);
     for (int k = -radius; k <= radius; ++k) {
-        gradients += taps[k + radius + 3].xy * texelFetch(image, ivec2(at.x, clamp(at.y + k, 0, last)), 0).rg;
+        gradients += taps[k + radius].xy * texelFetch(image, ivec2(at.x, clamp(at.y + k, 0, last)), 0).rg;
     }
 }

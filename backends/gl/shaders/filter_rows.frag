@@ -11,6 +11,6 @@ void main() {
     const int last = textureSize(image, 0).x - 1, radius = int(scene.counts.w);
     filtered = vec2(0);
     for (int k = -radius; k <= radius; ++k) {  // borders repeat the nearest pixel
-        filtered += taps[k + radius + 3].yx * texelFetch(image, ivec2(clamp(at.x + k, 0, last), at.y), 0).r;
+        filtered += taps[k + radius].yx * texelFetch(image, ivec2(clamp(at.x + k, 0, last), at.y), 0).r;
     }
 }

@@ -22,7 +22,7 @@ struct DerivativeData {
 };
 
 struct ViewData {
-    uvec4 size_px;    // width, height, first pixel of its fixed image, blocks (of 64 x 4 pixels)
+    uvec4 size_px;    // width, height, first pixel of its fixed image, blocks (of 16 x 8 pixels)
     vec4 centre_px;   // xy
 };
 

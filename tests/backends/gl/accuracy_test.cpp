@@ -118,6 +118,26 @@ TEST_P(GlAccuracy, ABatchOfManyLinearizationsHasTheBitsOfSingleOnes) {
     }
 }
 
+// From the shortest filter to the longest: tiles of pixels keep their rows in a work group's shared memory.
+TEST(GlFilter, OfAnyRadiusGivesTheSumsOfTheReference) {
+    RAYLIGN_NEED_GL(api);
+    const auto context = open_device(api, {});
+    const test::SpineScene spine(24, 141);
+    const auto poses = spine.poses(1);
+    for (const GradientFilter& filter : {GradientFilter{0.5, 1}, GradientFilter{3, 9}, GradientFilter{20, 64}}) {
+        Scene scene = spine.scene();
+        scene.similarity.filter = filter;
+        GlSession session(context, scene, {.storage = Storage::float32, .exact = true});
+        const auto oracle = create_backend("reference").backend->prepare(scene);
+        Linearization ours, theirs;
+        session.linearize(poses, {3, -5, 8}, {&ours, 1});
+        oracle->linearize(poses, {3, -5, 8}, {&theirs, 1});
+        EXPECT_NEAR(ours.cost, theirs.cost, test::kCost) << filter.radius_px;
+        EXPECT_LT((ours.gradient - theirs.gradient).norm(), 2e-3 * theirs.gradient.norm()) << filter.radius_px;
+        EXPECT_LT((ours.curvature - theirs.curvature).norm(), 1e-3 * theirs.curvature.norm()) << filter.radius_px;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, GlAccuracy,
                          testing::Values(Case{"JosephFloat32Exact", Projector::joseph, Storage::float32, true},
                                          Case{"JosephFloat32Hardware", Projector::joseph, Storage::float32, false},

@@ -64,10 +64,10 @@ TEST(GlPrograms, AreCompiledOnce) {
     RAYLIGN_NEED_GL(api);
     const auto context = open_device(api, {});
     const Current current(*context);
-    const ProgramSource source{{"rows.comp"}, {{"MAX_TAPS", 135}}};
+    const ProgramSource source{{"total.comp"}, {{"MAX_TAPS", 135}}};
     const GLuint first = program(*context, source);
     EXPECT_EQ(program(*context, source), first);
-    EXPECT_NE(program(*context, {{"rows.comp"}, {{"MAX_TAPS", 136}}}), first);
+    EXPECT_NE(program(*context, {{"total.comp"}, {{"MAX_TAPS", 136}}}), first);
 }
 
 TEST(GlPrograms, SeveralAreMadeAtOnce) {
@@ -90,9 +90,10 @@ TEST(GlPrograms, SeveralAreMadeAtOnce) {
     };
     const auto context = open_device(api, {});
     const Current current(*context);
-    const std::array<ProgramSource, 3> sources = {{{{"rows.comp"}, {{"MAX_TAPS", 135}}},
-                                                   {{"total.comp"}, {{"MAX_TAPS", 135}}},
-                                                   {{"moments.comp"}, {{"GRADIENT", 1}, {"MAX_TAPS", 135}}}}};
+    const std::array<ProgramSource, 3> sources = {
+        {{{"total.comp"}, {{"MAX_TAPS", 135}}},
+         {{"total.comp"}, {{"MAX_TAPS", 136}}},
+         {{"sums.comp"}, {{"GRADIENT", 1}, {"DERIVATIVES", 0}, {"MOST_RADIUS", 64}, {"MAX_TAPS", 136}}}}};
     make_programs(*context, sources);
     EXPECT_EQ(compiled_before_first_question, 3) << "a question waits for the compiler";
     EXPECT_EQ(context->programs().size(), 3u);
@@ -105,7 +106,7 @@ protected:
         const auto context = open_device(api, {});
         const Current current(*context);
         context->keep_programs_in(folder.path("programs"));
-        (void)program(*context, {{"rows.comp"}, {{"MAX_TAPS", 135}}});
+        (void)program(*context, {{"total.comp"}, {{"MAX_TAPS", 135}}});
     }
     /// Shaders compiled by make().
     int compiled_by_make() {
