@@ -6,7 +6,7 @@
 namespace raylign::detail {
 namespace {
 
-constexpr std::size_t kRays = kRaysAlong * kRaysAlong;
+constexpr int kRays = kRaysAlong * kRaysAlong;
 
 /// Calls use(x, y, first ray of the upper row, first ray of the lower row) for each pixel.
 template <class Use>

@@ -40,8 +40,8 @@ SurfaceRays::SurfaceRays(const SurfaceProjection& seen, const RayFrame& frame, c
       y0_(kRaysAlong * first_px.y() - 1),
       width_(kRaysAlong * size_px.x() + 2),
       height_(kRaysAlong * size_px.y() + 2),
-      sums_(is_full ? static_cast<std::size_t>(width_ * height_) : 0),
-      lengths_(static_cast<std::size_t>(width_ * height_)) {}
+      sums_(is_full ? row_begin(height_) : 0),
+      lengths_(row_begin(height_)) {}
 
 void SurfaceRays::add(const std::array<SurfaceVertex, 3>& vertices, double attenuation_per_mm) {
     const SurfaceCorner *a = vertices[0].seen, *b = vertices[1].seen, *c = vertices[2].seen;
@@ -129,7 +129,7 @@ void SurfaceRays::finish(const Eigen::Vector3d& spacing_mm) {
     Eigen::ArrayXf attenuated(width_);
     for (int row = 0; row < height_; ++row) {
         Eigen::Vector3d ray = spacing_mm.cwiseProduct(frame_.ray_voxel(pixel_of_ray(x0_), pixel_of_ray(y0_ + row)));
-        const std::size_t begin = static_cast<std::size_t>(row * width_);
+        const std::size_t begin = row_begin(row);
         for (int x = 0; x < width_; ++x, ray += step) {
             const float length = lengths_[begin + static_cast<std::size_t>(x)];
             attenuated[x] = length == 0 ? 0 : -std::clamp(length * static_cast<float>(ray.norm()), 0.F, kOpaque);

@@ -54,7 +54,7 @@ public:
     [[nodiscard]] const Eigen::Vector2i& size_px() const { return size_px_; }
     [[nodiscard]] int width() const { return width_; }
     /// Of the first ray of the first pixel in this row of rays; rows and columns begin one ray before that.
-    [[nodiscard]] std::size_t first_of_row(int row) const { return static_cast<std::size_t>((row + 1) * width_ + 1); }
+    [[nodiscard]] std::size_t first_of_row(int row) const { return row_begin(row + 1) + 1; }
     [[nodiscard]] float transmission(std::size_t ray) const { return transmissions_[ray]; }
     [[nodiscard]] const RaySums& sums(std::size_t ray) const { return sums_[ray]; }
 
@@ -62,8 +62,11 @@ private:
     struct Facet;
     [[nodiscard]] Facet facet_of(const std::array<SurfaceVertex, 3>& vertices) const;
     void add_row(const Facet& facet, int row, int first, int end, double attenuation_per_mm);
+    [[nodiscard]] std::size_t row_begin(int row) const {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(width_);
+    }
     [[nodiscard]] std::size_t place(int x, int y) const {
-        return static_cast<std::size_t>((y - y0_) * width_ + x - x0_);
+        return row_begin(y - y0_) + static_cast<std::size_t>(x - x0_);
     }
 
     const SurfaceProjection& seen_;
