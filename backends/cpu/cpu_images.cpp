@@ -4,17 +4,14 @@
 
 #include "backends/cpu/clock.h"
 #include "backends/cpu/cpu_session.h"
-#include "core/surface/surface_drr.h"
 
 namespace raylign::detail::cpu {
 
 std::size_t CpuSession::volume_bytes() const { return surface() ? surface()->bytes() : layouts_->bytes(); }
 std::string CpuSession::volume_layout() const { return surface() ? surface()->description() : layouts_->description(); }
 
-void CpuSession::draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, float* image,
-                              std::ptrdiff_t stride) {
+void CpuSession::draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, const DrrTarget& target) {
     const SurfaceProjection seen = surface()->project(frame, views_[frame.view].size_px);
-    const DrrTarget target{image, stride, static_cast<std::ptrdiff_t>(image_floats_)};
     workers_.run(seen.bands.size(), [&](std::size_t band, int thread) {
         const auto start = Clock::now();
         surface()->draw(seen, frame, derivatives, band, target);
@@ -23,10 +20,12 @@ void CpuSession::draw_surface(const RayFrame& frame, const RayFrameDerivatives* 
 }
 
 void CpuSession::draw_surfaces(const Work& work) {
+    const auto distance = static_cast<std::ptrdiff_t>(image_floats_);
     for (std::size_t i = 0; i < work.frames.size(); ++i) {
         const RayFrame& frame = work.frames[i];
-        draw_surface(frame, work.of_surface.empty() ? nullptr : &work.of_surface[i],
-                     &images_[i * work.images_per_frame() * image_floats_], views_[frame.view].stride);
+        const DrrTarget target{&images_[i * work.images_per_frame() * image_floats_], views_[frame.view].stride,
+                               distance};
+        draw_surface(frame, work.of_surface.empty() ? nullptr : &work.of_surface[i], target);
     }
 }
 
@@ -35,7 +34,7 @@ Image CpuSession::render_frame(const RayFrame& frame) {
     const auto start = Clock::now();
     const ViewPlan& view = views_[frame.view];
     Image drr(view.size_px.x(), view.size_px.y());
-    if (surface()) draw_surface(frame, nullptr, drr.pixels.data(), drr.width);
+    if (surface()) draw_surface(frame, nullptr, {drr.pixels.data(), drr.width, 0});
     workers_.run(surface() ? 0 : view.tiles(), [&](std::size_t tile, int thread) {
         cast_tile(frame, nullptr, static_cast<int>(tile), drr.pixels.data(), drr.width, false, slots_[thread]);
     });
@@ -49,7 +48,8 @@ DrrWithDerivatives CpuSession::render_frame(const RayFrame& frame, const RayFram
     const ViewPlan& view = views_[frame.view];
     const FrameDerivatives floats = frame_derivatives(derivatives);
     images_.resize(std::max(images_.size(), (1 + kParameters) * image_floats_));
-    if (surface()) draw_surface(frame, &derivatives, images_.data(), view.stride);
+    if (surface())
+        draw_surface(frame, &derivatives, {images_.data(), view.stride, static_cast<std::ptrdiff_t>(image_floats_)});
     workers_.run(surface() ? 0 : view.tiles(), [&](std::size_t tile, int thread) {
         cast_tile(frame, &floats, static_cast<int>(tile), images_.data(), view.stride, false, slots_[thread]);
     });

@@ -8,6 +8,7 @@
 #include "backends/cpu/volume_layouts.h"
 #include "backends/cpu/workers.h"
 #include "core/backend.h"
+#include "core/surface/surface_drr.h"
 
 namespace raylign::detail::cpu {
 
@@ -63,8 +64,7 @@ private:
     void cast_tile(const RayFrame& frame, const FrameDerivatives* derivatives, int tile, float* image,
                    std::ptrdiff_t stride, bool only_needed, Slot& slot);
     /// Draws all of the surface's DRR, on all threads.
-    void draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, float* image,
-                      std::ptrdiff_t stride);
+    void draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives, const DrrTarget& target);
     /// The same of all frames in work.
     void draw_surfaces(const Work& work);
     void sum_band(const Work& work, std::size_t frame, int band, const float* image, Slot& slot);
