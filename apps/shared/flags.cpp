@@ -194,8 +194,10 @@ void add_backend_flags(CLI::App& command, BackendFlags& flags) {
              "NAME", kBackendGroup);
     describe(command.add_option("--device", flags.device, "GPU of a gl backend (see raylign info); default the first"),
              "INDEX|NAME", kBackendGroup);
-    describe(command.add_option("--threads", flags.threads, "Threads of the cpu backend; default 0: all cores"), "N",
-             kBackendGroup);
+    describe(
+        command.add_option("--threads", flags.threads,
+                           "Threads of the cpu backend, and of the host beside a gl backend; default 0: all cores"),
+        "N", kBackendGroup);
     describe(
         command.add_option("--storage", flags.storage,
                            "Voxels of the backend: float32, int16 (half the memory) or auto;\n"

@@ -1,11 +1,12 @@
 #include "apps/shared/machine.h"
 
-#include <sched.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <fstream>
+
+#include "core/base/usable_cores.h"
 
 namespace raylign::detail::apps {
 namespace {
@@ -36,9 +37,7 @@ Machine this_machine() {
     const std::string distribution = value_of_line("/etc/os-release", "PRETTY_NAME");
     if (!distribution.empty()) machine.system = distribution + ", " + machine.system;
     machine.processor = value_of_line("/proc/cpuinfo", "model name");
-    cpu_set_t usable;
-    CPU_ZERO(&usable);
-    machine.cores = sched_getaffinity(0, sizeof usable, &usable) == 0 ? CPU_COUNT(&usable) : 0;
+    machine.cores = usable_cores();
     const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGE_SIZE);
     if (pages > 0 && page_bytes > 0) machine.memory_bytes = static_cast<std::size_t>(pages) * page_bytes;
 #if defined(__clang__)

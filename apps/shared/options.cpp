@@ -216,7 +216,7 @@ constexpr Names<Readback, 2> kReadbacks{{{Readback::sums, "sums"}, {Readback::im
 
 BackendOptions backend_options(const BackendFlags& flags) {
     BackendOptions options;
-    options.cpu.threads = given(flags.threads);
+    options.cpu.threads = options.gl.threads = given(flags.threads);
     options.gl.device = flags.device;
     options.gl.crop = flags.crop;
     if (!flags.interpolation.empty()) options.gl.interpolation = interpolation_from_name(flags.interpolation);

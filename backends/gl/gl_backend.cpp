@@ -3,6 +3,7 @@
 #include "backends/gl/gl_session.h"
 #include "backends/gl/with_api.h"
 #include "core/base/error.h"
+#include "core/base/usable_cores.h"
 
 namespace raylign::detail {
 namespace gl {
@@ -10,6 +11,13 @@ namespace {
 
 /// What BackendInfo::timing says of StageClock.
 const char* timing_of(const Device& device) { return device.software ? "fenced wall clock" : "timer queries"; }
+
+int host_threads(const GlOptions& options) {
+    if (options.threads && !(*options.threads >= 1 && *options.threads <= 1024)) {
+        throw bad_value("threads", std::to_string(*options.threads), "in [1, 1024]");
+    }
+    return options.threads.value_or(usable_cores());
+}
 
 /// The device that both backends work on. A reset takes the whole context with it; the device itself comes back.
 class Owner {
@@ -31,12 +39,13 @@ private:
 class GlBackend final : public Backend {
 public:
     GlBackend(const Api& api, const GlOptions& options, Software software)
-        : options_(options), owner_(api, options, software) {}
+        : options_(options), threads_(host_threads(options)), owner_(api, options, software) {}
 
     BackendInfo info() const override {
         return {.name = "gl",
                 .summary = "OpenGL compute shaders, headless",
                 .device = owner_.device().renderer,
+                .threads = threads_,
                 .storage = std::string(storage_name(options_.storage)),
                 .interpolation = std::string(interpolation_name(options_.interpolation)),
                 .timing = timing_of(owner_.device())};
@@ -45,23 +54,25 @@ public:
         const PipelineOptions options{.storage = options_.storage,
                                       .exact = options_.interpolation == Interpolation::exact,
                                       .crop = options_.crop};
-        return std::make_unique<GlSession>(owner_.working_context(), scene, options);
+        return std::make_unique<GlSession>(owner_.working_context(), scene, options, threads_);
     }
 
 private:
     GlOptions options_;
+    int threads_;
     Owner owner_;
 };
 
 class PaperBackend final : public Backend {
 public:
     PaperBackend(const Api& api, const Gl2006Options& options, Software software)
-        : options_(options), owner_(api, options, software) {}
+        : options_(options), threads_(host_threads(options)), owner_(api, options, software) {}
 
     BackendInfo info() const override {
         return {.name = "gl-2006",
                 .summary = "the 2006 paper's pipeline in fragment shaders, for comparison",
                 .device = owner_.device().renderer,
+                .threads = threads_,
                 .storage = std::string(storage_name(options_.storage)),
                 .interpolation = std::string(interpolation_name(options_.interpolation)),
                 .timing = timing_of(owner_.device()),
@@ -74,7 +85,7 @@ public:
                                    .crop = options_.crop,
                                    .reduction = options_.reduction,
                                    .read_images = options_.readback == Gl2006Options::Readback::image};
-        return std::make_unique<PaperSession>(owner_.working_context(), scene, options);
+        return std::make_unique<PaperSession>(owner_.working_context(), scene, options, threads_);
     }
 
 private:
@@ -88,6 +99,7 @@ private:
     }
 
     Gl2006Options options_;
+    int threads_;
     Owner owner_;
 };
 

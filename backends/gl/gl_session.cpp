@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <future>
-#include <thread>
 #include <type_traits>
 #include <utility>
 
@@ -34,8 +33,8 @@ void check_ceilings(std::span<const View> views) {
 
 template <class AnyPipeline>
 PipelineSession<AnyPipeline>::PipelineSession(std::shared_ptr<Context> context, const Scene& scene,
-                                              const typename AnyPipeline::Options& options)
-    : Session(scene), context_(std::move(context)), options_(options) {
+                                              const typename AnyPipeline::Options& options, int threads)
+    : Session(scene), context_(std::move(context)), options_(options), threads_(threads) {
     check_ceilings<AnyPipeline>(scene.views);
     for (const View& view : scene.views) sizes_px_.push_back(view.geometry.camera.size_px);
     const Volume none{{.size = {1, 1, 1}}, {1}};  // of a surface no voxel goes to the device
@@ -46,7 +45,10 @@ PipelineSession<AnyPipeline>::PipelineSession(std::shared_ptr<Context> context, 
 template <class AnyPipeline>
 PipelineSession<AnyPipeline>::PipelineSession(const PipelineSession& resident, std::span<const View> views,
                                               const Similarity& similarity)
-    : Session(resident, views, similarity), context_(resident.context_), options_(resident.options_) {
+    : Session(resident, views, similarity),
+      context_(resident.context_),
+      options_(resident.options_),
+      threads_(resident.threads_) {
     check_ceilings<AnyPipeline>(views);
     for (const View& view : views) sizes_px_.push_back(view.geometry.camera.size_px);
     prepare([&] { return DeviceScene(*resident.pipeline_, views, similarity, fixed()); });
@@ -131,7 +133,9 @@ void PipelineSession<AnyPipeline>::for_each_index(std::size_t count, const std::
     const auto work = [&] {
         for (std::size_t i = next++; i < count; i = next++) turn(i);
     };
-    const std::size_t threads = std::min<std::size_t>(count, std::thread::hardware_concurrency());
+    // Begun and ended in each loop, some 10 us a thread beside milliseconds of work: a pool would have to be kept, and
+    // to be shared by sessions.
+    const std::size_t threads = std::min<std::size_t>(count, threads_);
     std::vector<std::future<void>> others;  // wait for their ends, also where a turn throws
     for (std::size_t i = 1; i < threads; ++i) others.push_back(std::async(std::launch::async, work));
     work();

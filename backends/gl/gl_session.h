@@ -15,7 +15,9 @@ namespace raylign::detail::gl {
 template <class AnyPipeline>
 class PipelineSession final : public Session {
 public:
-    PipelineSession(std::shared_ptr<Context> context, const Scene& scene, const typename AnyPipeline::Options& options);
+    /// `threads`: of the host.
+    PipelineSession(std::shared_ptr<Context> context, const Scene& scene, const typename AnyPipeline::Options& options,
+                    int threads = 1);
     /// Other views of the volume of `resident`.
     PipelineSession(const PipelineSession& resident, std::span<const View> views, const Similarity& similarity);
     ~PipelineSession() override;
@@ -49,6 +51,7 @@ private:
 
     std::shared_ptr<Context> context_;
     typename AnyPipeline::Options options_;
+    int threads_;
     std::unique_ptr<AnyPipeline> pipeline_;
     std::vector<MomentSums> fixed_sums_;     ///< [view][channel], the moving ones 0
     std::vector<Eigen::Vector2i> sizes_px_;  ///< of the views

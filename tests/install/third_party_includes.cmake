@@ -30,5 +30,5 @@ only_in("[<\"](expat\\.h|hdf5\\.h|yaml-cpp/)" core/io)
 only_in("[<\"]CLI/" apps)
 only_in("[<\"]pybind11/" apps/python)
 only_in("<(iostream|cstdio|mutex)>" backends apps core/io)
-# The template search is work of its own, beside the backends; nothing else in core starts threads.
-only_in("<thread>" backends apps core/io core/registration/strategy/template_search.cpp)
+# Nothing in core starts threads: that is for the backends. One file asks how many there can be.
+only_in("<thread>" backends apps core/io core/base/usable_cores.cpp)

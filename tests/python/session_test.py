@@ -188,3 +188,8 @@ def test_threads_take_turns(spine, session):
     for thread in threads:
         thread.join()
     assert not wrong
+
+
+def test_threads_are_for_every_backend_that_has_any():
+    names = [status["name"] for status in raylign.backends() if status["available"] and status["name"] != "reference"]
+    assert {name: raylign.Backend(name, threads=3).info["threads"] for name in names} == dict.fromkeys(names, 3)

@@ -16,7 +16,7 @@ std::shared_ptr<SharedBackend> make_backend(const std::string& name, std::option
                                             const std::string& instruction_set, const std::string& storage,
                                             const std::string& device, const std::string& interpolation, bool crop) {
     BackendOptions options;
-    options.cpu.threads = threads;
+    options.cpu.threads = options.gl.threads = options.gl_2006.threads = threads;
     if (!instruction_set.empty()) options.cpu.instruction_set = instruction_set_from_name(instruction_set);
     if (!storage.empty()) {
         options.cpu.storage = storage_from_name(storage);

@@ -44,6 +44,8 @@ struct GlOptions {
     Storage storage = Storage::int16;  ///< textures filter it as fast
     Interpolation interpolation = Interpolation::hardware;
     bool crop = false;  ///< keep only the box around the object: for volumes too large for the device
+    /// Of the host, for work beside the device; default: all cores that this process may use; in [1, 1024].
+    std::optional<int> threads;
 };
 
 /// gl-2006, with the baselines of the paper.

@@ -2,6 +2,7 @@
 
 #include "apps/shared/invocation.h"
 #include "apps/shared/lines.h"
+#include "apps/shared/options.h"
 #include "apps/shared/parse.h"
 #include "apps/shared/progress_bar.h"
 #include "core/base/error.h"
@@ -31,6 +32,14 @@ TEST(BackendFlags, OptionsOfGpusAreRefusedWhereTheyMeanNothing) {
     EXPECT_THROW(settle({.name = "gl-2006", .reduction = "guess"}), Error);
     EXPECT_THROW(settle({.name = "gl", .interpolation = "cubic"}), Error);
     EXPECT_THROW(settle({.name = "gl", .storage = "float16"}), Error);
+}
+
+TEST(BackendFlags, ThreadsAreForEveryBackendThatHasAny) {
+    const BackendOptions three = backend_options({.threads = 3}), all = backend_options({});
+    EXPECT_EQ(three.cpu.threads, 3);
+    EXPECT_EQ(three.gl.threads, 3);
+    EXPECT_EQ(three.gl_2006.threads, 3);
+    for (const auto& threads : {all.cpu.threads, all.gl.threads, all.gl_2006.threads}) EXPECT_FALSE(threads);
 }
 
 TEST(ParseList, TrimsBlanksAndRefusesWhatIsEmptyOrTwice) {

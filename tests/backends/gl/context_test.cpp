@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <latch>
 #include <thread>
+#include <vector>
 
 #include "backends/gl/context.h"
+#include "core/base/usable_cores.h"
 #include "gl_scenes.h"
 
 namespace raylign::detail::gl {
@@ -51,6 +54,44 @@ TEST(GlContext, ASessionOutlivesItsBackend) {
     const auto before = test::costs(*session, spine.poses(1));
     backend.reset();
     EXPECT_EQ(test::costs(*session, spine.poses(1)), before);
+}
+
+// No clock decides: where threads are missing this never returns, and CTest's timeout is the failure.
+TEST(GlHostThreads, AreAsManyAsAskedFor) {
+    RAYLIGN_NEED_GL(api);
+    const test::SpineScene spine;
+    constexpr int kMany = 5;
+    const auto backend = make_gl_backend(api, {.threads = kMany});
+    EXPECT_EQ(backend->info().threads, kMany);
+    const auto session = backend->prepare(spine.scene()), other = session->with_views(spine.views, {});
+    const auto paper = make_gl_2006_backend(api, {{.threads = kMany}})->prepare(spine.scene());
+    for (Session* const asked : {session.get(), other.get(), paper.get()}) {
+        std::latch all(kMany);
+        asked->for_each_index(kMany, [&](std::size_t) { all.arrive_and_wait(); });
+    }
+}
+
+TEST(GlHostThreads, OneIsTheCallers) {
+    RAYLIGN_NEED_GL(api);
+    const test::SpineScene spine;
+    const auto session = make_gl_backend(api, {.threads = 1})->prepare(spine.scene());
+    std::vector<std::thread::id> of_turns(100);
+    session->for_each_index(of_turns.size(), [&](std::size_t i) { of_turns[i] = std::this_thread::get_id(); });
+    EXPECT_EQ(of_turns, std::vector(of_turns.size(), std::this_thread::get_id()));
+}
+
+TEST(GlHostThreads, AreByDefaultTheUsableCores) {
+    RAYLIGN_NEED_GL(api);
+    EXPECT_EQ(make_gl_backend(api, {})->info().threads, usable_cores());
+    EXPECT_EQ(make_gl_2006_backend(api, {})->info().threads, usable_cores());
+}
+
+TEST(GlHostThreads, OutOfRangeAreRefused) {
+    RAYLIGN_NEED_GL(api);
+    for (const int threads : {0, -1, 1025}) {
+        EXPECT_THROW((void)make_gl_backend(api, {.threads = threads}), Error);
+        EXPECT_THROW((void)make_gl_2006_backend(api, {{.threads = threads}}), Error);
+    }
 }
 
 TEST(GlHandle, MovesAndDeletesOnce) {
