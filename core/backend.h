@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "core/geometry/ray_frame.h"
@@ -23,9 +24,15 @@ void check_scene(const Scene& scene);
 void check_views(std::span<const View> views);
 void check_render(const RenderSettings& render, const VoxelGrid& grid);
 
+/// Along each axis of the volume; farther away floats say nothing of its rays.
+inline constexpr double kFarthestSource_voxels = 1e9;
+
 /// Throws Error for sizes, spacing, direction or voxels that no backend can work with. `where` names the file.
 void check_volume(const Volume& volume, std::string_view where);
 /// The same without a look at the voxels.
 void check_shape(const Volume& volume, std::string_view where);
+
+/// For messages: "1.000000 2.000000 3.000000".
+[[nodiscard]] std::string vector_text(const Eigen::Vector3d& v);
 
 }  // namespace raylign::detail

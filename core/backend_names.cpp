@@ -12,12 +12,14 @@ constexpr Names<InstructionSet, 4> kInstructionSets{{{InstructionSet::sse2, "sse
                                                      {InstructionSet::neon, "neon"}}};
 constexpr Names<Interpolation, 2> kInterpolations{
     {{Interpolation::hardware, "hardware"}, {Interpolation::exact, "exact"}}};
+constexpr Names<Solver, 2> kSolvers{{{Solver::host, "host"}, {Solver::device, "device"}}};
 
 }  // namespace
 
 std::string_view storage_name(Storage storage) { return name_in(kStorages, storage); }
 std::string_view instruction_set_name(InstructionSet set) { return name_in(kInstructionSets, set); }
 std::string_view interpolation_name(Interpolation value) { return name_in(kInterpolations, value); }
+std::string_view solver_name(Solver solver) { return name_in(kSolvers, solver); }
 Storage storage_from_name(std::string_view name) { return value_in(kStorages, "storage", name); }
 InstructionSet instruction_set_from_name(std::string_view name) {
     return value_in(kInstructionSets, "instruction set", name);
@@ -25,5 +27,7 @@ InstructionSet instruction_set_from_name(std::string_view name) {
 Interpolation interpolation_from_name(std::string_view name) {
     return value_in(kInterpolations, "interpolation", name);
 }
+
+Solver solver_from_name(std::string_view name) { return value_in(kSolvers, "solver", name); }
 
 }  // namespace raylign

@@ -7,10 +7,15 @@ namespace raylign::detail::apps {
 namespace {
 
 Json backend(const RegisterRun& run) {
-    return {{"name", run.backend.name},       {"device", run.backend.device},
-            {"threads", run.backend.threads}, {"instruction_set", run.backend.instruction_set},
-            {"storage", run.backend.storage}, {"interpolation", run.backend.interpolation},
-            {"timing", run.backend.timing},   {"passed_over", passed_over_json(run.passed_over)}};
+    return {{"name", run.backend.name},
+            {"device", run.backend.device},
+            {"threads", run.backend.threads},
+            {"instruction_set", run.backend.instruction_set},
+            {"storage", run.backend.storage},
+            {"interpolation", run.backend.interpolation},
+            {"solver", run.backend.solver},
+            {"timing", run.backend.timing},
+            {"passed_over", passed_over_json(run.passed_over)}};
 }
 
 Json times(const RegisterRun& run) {

@@ -168,6 +168,7 @@ std::string scene_json(const SceneRun& run) {
     backend.erase("summary");
     backend["storage"] = run.backend.storage;
     backend["interpolation"] = run.backend.interpolation;
+    backend["solver"] = run.backend.solver;
     backend["timing"] = run.backend.timing;
     backend["passed_over"] = passed_over_json(run.passed_over);
     Json objects = Json::array();

@@ -206,6 +206,9 @@ void add_backend_flags(CLI::App& command, BackendFlags& flags) {
     describe(command.add_option("--interpolation", flags.interpolation,
                                 "On gl: hardware (texture filters), or exact; default hardware"),
              "NAME", kBackendGroup);
+    describe(command.add_option("--solver", flags.solver,
+                                "On gl: who solves for steps of gauss-newton, host or device; default host"),
+             "NAME", kBackendGroup);
     command
         .add_flag("--crop", flags.crop, "On gl: keep only the box around the object, for very large CTs; default off")
         ->group(kBackendGroup);

@@ -40,6 +40,7 @@ struct BackendFlags {
     int threads = 0;                          ///< 0 = all cores
     std::string storage;                      ///< float32 or int16; "" = the backend's own choice
     std::string interpolation;                ///< gl: hardware or exact; "" = hardware
+    std::string solver;                       ///< gl: host or device; "" = host
     bool crop = false;                        ///< gl: keep only the box around the object
     std::string slices, reduction, readback;  ///< gl-2006: baselines of the paper; "" = its own way
     std::string projector = "joseph";

@@ -81,6 +81,7 @@ void check_word(std::string_view option, const std::string& word, std::initializ
 void settle_gl(const BackendFlags& flags) {
     check_word("--storage", flags.storage, {"auto", "float32", "int16"});
     check_word("--interpolation", flags.interpolation, {"hardware", "exact"});
+    check_word("--solver", flags.solver, {"host", "device"});
     check_word("--slices", flags.slices, {"view-aligned", "object-aligned"});
     check_word("--reduction", flags.reduction, {"passes", "mipmap", "mipmap-half"});
     check_word("--readback", flags.readback, {"sums", "image"});
@@ -90,6 +91,9 @@ void settle_gl(const BackendFlags& flags) {
     if (on_host && (flags.crop || flags.interpolation == "hardware")) throw no_textures;
     if (flags.name == "reference" && flags.storage == "int16") {
         throw bad_value("--storage", flags.storage, "float32 or left out", "--backend reference");
+    }
+    if (flags.solver == "device" && (on_host || flags.name == "gl-2006")) {
+        throw bad_value("--solver", flags.solver, "host or left out, or used with --backend gl");
     }
     if (flags.name == "gl-2006") return;
     for (const auto& [option, word] :
@@ -219,6 +223,7 @@ BackendOptions backend_options(const BackendFlags& flags) {
     options.cpu.threads = options.gl.threads = given(flags.threads);
     options.gl.device = flags.device;
     options.gl.crop = flags.crop;
+    if (!flags.solver.empty()) options.gl.solver = solver_from_name(flags.solver);
     if (!flags.interpolation.empty()) options.gl.interpolation = interpolation_from_name(flags.interpolation);
     if (!flags.storage.empty() && flags.storage != "auto") {
         const Storage storage = storage_from_name(flags.storage);

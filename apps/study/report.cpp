@@ -148,6 +148,7 @@ Json settings(const Study& study) {
                  {"bone_threshold", or_null(options.volume.bone_threshold)},
                  {"clip", or_null(options.volume.clip)},
                  {"interpolation", options.backend.interpolation},
+                 {"solver", options.backend.solver},
                  {"crop", options.backend.crop},
                  {"slices", options.backend.slices},
                  {"reduction", options.backend.reduction},

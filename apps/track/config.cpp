@@ -31,28 +31,29 @@ bool is_beside(const std::string& path, const std::vector<ObjectFlags>& objects)
 
 std::string track_config(const TrackCommandOptions& options, const TrackInputs& inputs, const BackendInfo& backend) {
     const std::vector<ObjectFlags> objects = objects_of(options);
-    Json json{
-        {"version", RAYLIGN_VERSION},
-        {"rows", 3},  // what a row holds
-        {"backend", {backend.name, backend.device, backend.instruction_set, backend.storage, backend.interpolation}},
-        {"projector", options.backend.projector},
-        {"step_mm", options.backend.step_mm},
-        {"method", {options.method.name, options.method.metric, options.method.content}},
-        {"no_robust", options.method.no_robust},
-        {"levels", options.method.levels},
-        {"max_iterations", options.method.max_iterations},
-        {"seed", options.method.seed},
-        {"search", {options.search.mode, options.search.range_mm, options.search.turn_deg}},
-        {"search_starts", options.search.starts},
-        {"time_limit_s", options.search.time_limit_s},
-        {"auto_mask", options.views.auto_mask},
-        {"undistorted", options.views.undistorted},
-        {"saturation", options.views.saturation},
-        {"recover", options.recover},
-        {"max_jump_mm", options.max_jump_mm},
-        {"thorough", options.is_thorough},
-        {"depth_change_mm", options.depth_change_mm},
-        {"frame_step", inputs.frame_step}};
+    Json json{{"version", RAYLIGN_VERSION},
+              {"rows", 3},  // what a row holds
+              {"backend",
+               {backend.name, backend.device, backend.instruction_set, backend.storage, backend.interpolation,
+                backend.solver}},
+              {"projector", options.backend.projector},
+              {"step_mm", options.backend.step_mm},
+              {"method", {options.method.name, options.method.metric, options.method.content}},
+              {"no_robust", options.method.no_robust},
+              {"levels", options.method.levels},
+              {"max_iterations", options.method.max_iterations},
+              {"seed", options.method.seed},
+              {"search", {options.search.mode, options.search.range_mm, options.search.turn_deg}},
+              {"search_starts", options.search.starts},
+              {"time_limit_s", options.search.time_limit_s},
+              {"auto_mask", options.views.auto_mask},
+              {"undistorted", options.views.undistorted},
+              {"saturation", options.views.saturation},
+              {"recover", options.recover},
+              {"max_jump_mm", options.max_jump_mm},
+              {"thorough", options.is_thorough},
+              {"depth_change_mm", options.depth_change_mm},
+              {"frame_step", inputs.frame_step}};
     if (inputs.is_together) json["together"] = true;  // what one object's journal says stays as it was
     for (const ObjectFlags& object : objects) {
         json["objects"].push_back({{"name", object.name}, {"volume", volume_settings(object.volume)}});

@@ -20,11 +20,11 @@ namespace raylign::detail::gl {
 #define RAYLIGN_EGL_EXTENSIONS(X) \
     X(GetPlatformDisplayEXT) X(QueryDevicesEXT) X(QueryDeviceStringEXT)
 #define RAYLIGN_GL_FUNCTIONS(X) \
-    X(AttachShader) X(BeginQuery) X(BindBufferBase) X(BindFramebuffer) X(BindImageTexture) X(BindTextureUnit) \
+    X(AttachShader) X(BeginQuery) X(BindBuffer) X(BindBufferBase) X(BindFramebuffer) X(BindImageTexture) X(BindTextureUnit) \
     X(BindVertexArray) X(BlendEquation) X(BlendFunc) X(ClearNamedFramebufferfv) X(ClientWaitSync) X(CompileShader) X(CopyImageSubData) X(CopyNamedBufferSubData) \
     X(CreateBuffers) X(CreateFramebuffers) X(CreateProgram) X(CreateQueries) X(CreateShader) X(CreateTextures) \
     X(CreateVertexArrays) X(DebugMessageCallback) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) \
-    X(DeleteQueries) X(DeleteShader) X(DeleteSync) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DispatchCompute) X(DrawArrays) \
+    X(DeleteQueries) X(DeleteShader) X(DeleteSync) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DispatchCompute) X(DispatchComputeIndirect) X(DrawArrays) \
     X(DrawArraysInstanced) X(Enable) X(EndQuery) X(FenceSync) X(Finish) X(Flush) X(GenerateTextureMipmap) X(GetError) \
     X(GetGraphicsResetStatus) X(GetInteger64v) X(GetIntegeri_v) X(GetIntegerv) X(GetNamedBufferSubData) \
     X(GetProgramBinary) X(GetProgramInfoLog) X(GetProgramiv) X(GetQueryObjectui64v) X(GetShaderInfoLog) X(GetShaderiv) X(GetString) \

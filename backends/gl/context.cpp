@@ -216,14 +216,12 @@ bool Context::memory_sufficed(std::string_view doing) {
     throw unusable(device_.renderer + ": " + error_name(error) + " while " + std::string(doing) + said);
 }
 
-void Context::wait(std::string_view doing) {
-    const GLsync fence = api_.gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+void Context::wait(const Fence& fence, std::string_view doing) {
     GLenum state = GL_TIMEOUT_EXPIRED;
-    while (fence != nullptr && state == GL_TIMEOUT_EXPIRED && !lost_) {
-        state = api_.gl.ClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, kWaitSlice_ns);
+    while (fence.sync() != nullptr && state == GL_TIMEOUT_EXPIRED && !lost_) {
+        state = api_.gl.ClientWaitSync(fence.sync(), GL_SYNC_FLUSH_COMMANDS_BIT, kWaitSlice_ns);
         if (state == GL_TIMEOUT_EXPIRED) lost_ = api_.gl.GetGraphicsResetStatus() != GL_NO_ERROR;
     }
-    if (fence != nullptr) api_.gl.DeleteSync(fence);
     check(doing);
 }
 

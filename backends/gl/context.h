@@ -56,7 +56,10 @@ public:
     /// The same for memory: true if it sufficed, throws for other errors.
     [[nodiscard]] bool memory_sufficed(std::string_view doing);
     /// Waits until the device has done all that was submitted so far. Throws as check does.
-    void wait(std::string_view doing);
+    void wait(std::string_view doing) { wait(fence(), doing); }
+    /// Of what was submitted so far, for a later wait.
+    [[nodiscard]] Fence fence() { return {api_.gl, api_.gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0)}; }
+    void wait(const Fence& fence, std::string_view doing);
 
     /// Programs by name, made once (see programs.h).
     std::map<std::string, Program>& programs() { return programs_; }

@@ -48,12 +48,14 @@ public:
                 .threads = threads_,
                 .storage = std::string(storage_name(options_.storage)),
                 .interpolation = std::string(interpolation_name(options_.interpolation)),
-                .timing = timing_of(owner_.device())};
+                .timing = timing_of(owner_.device()),
+                .solver = std::string(solver_name(options_.solver))};
     }
     std::unique_ptr<Session> prepare(const Scene& scene) override {
         const PipelineOptions options{.storage = options_.storage,
                                       .exact = options_.interpolation == Interpolation::exact,
-                                      .crop = options_.crop};
+                                      .crop = options_.crop,
+                                      .descends = options_.solver == Solver::device};
         return std::make_unique<GlSession>(owner_.working_context(), scene, options, threads_);
     }
 

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "backends/gl/descents.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 
@@ -118,13 +119,18 @@ void PipelineSession<AnyPipeline>::timed(const Work& work) {
     const auto start = Clock::now();
     const Current current(*context_);
     work();
+    note_times(seconds_since(start));
+}
+
+template <class AnyPipeline>
+void PipelineSession<AnyPipeline>::note_times(double seconds) {
     counters_.bytes_to_host = pipeline_->bytes_to_host();
     const StageSeconds stages = pipeline_->collect_times();
     const double device_s = stages[0] + stages[1] + stages[2];
     timing_.drr_s += stages[0];
     timing_.gradient_s += stages[1];
     timing_.reduction_s += stages[2];
-    timing_.transfer_s += std::max(seconds_since(start) - device_s, 0.0);
+    timing_.transfer_s += std::max(seconds - device_s, 0.0);
 }
 
 template <class AnyPipeline>
@@ -179,6 +185,28 @@ void PipelineSession<AnyPipeline>::accumulate(std::span<const RayFrame> frames,
             std::copy_n(own + 21, 21, sums[i].jacobian_jacobian.begin());
         }
     });
+}
+
+template <class AnyPipeline>
+bool PipelineSession<AnyPipeline>::descends() const {
+    if constexpr (std::is_same_v<AnyPipeline, Pipeline>) return pipeline_->descends();
+    return false;
+}
+
+template <class AnyPipeline>
+std::vector<DescentEnd> PipelineSession<AnyPipeline>::run_descents(const DescentProblem& problem,
+                                                                   std::span<const DescentView> views,
+                                                                   std::span<const DescentStart> starts,
+                                                                   std::span<const RayFrame> start_frames) {
+    if constexpr (std::is_same_v<AnyPipeline, Pipeline>) {
+        double seconds = 0;
+        auto ends = run_on_device(*context_, *pipeline_, {problem, views, starts, start_frames, fixed_sums_}, seconds);
+        const Current current(*context_);
+        note_times(seconds);
+        return ends;
+    } else {
+        return Session::run_descents(problem, views, starts, start_frames);
+    }
 }
 
 template <class AnyPipeline>

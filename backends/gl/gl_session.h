@@ -38,6 +38,10 @@ protected:
     Image render_frame(const RayFrame& frame) override;
     DrrWithDerivatives render_frame(const RayFrame& frame, const RayFrameDerivatives& derivatives) override;
     void weights_changed() override;
+    [[nodiscard]] bool descends() const override;
+    std::vector<DescentEnd> run_descents(const DescentProblem& problem, std::span<const DescentView> views,
+                                         std::span<const DescentStart> starts,
+                                         std::span<const RayFrame> start_frames) override;
 
 private:
     /// True where DRRs are drawn on the host, from the volume's surface. The paper's pipeline casts rays in any case.
@@ -47,6 +51,8 @@ private:
     void prepare(const Make& make_scene);
     template <class Work>
     void timed(const Work& work);
+    /// Of work that took `seconds` on the clock until the device was done.
+    void note_times(double seconds);
     [[nodiscard]] MomentSums moments_of(const RayFrame& frame, std::size_t channel, const double* found) const;
 
     std::shared_ptr<Context> context_;

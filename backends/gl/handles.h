@@ -41,6 +41,29 @@ private:
     GLuint id_ = 0;
 };
 
+/// Owns a fence in the queue of commands; none where the context is lost.
+class Fence {
+public:
+    Fence(const Gl& gl, GLsync sync) : gl_(&gl), sync_(sync) {}
+    Fence(Fence&& other) noexcept : gl_(other.gl_), sync_(std::exchange(other.sync_, nullptr)) {}
+    Fence& operator=(Fence&& other) noexcept {
+        std::swap(gl_, other.gl_);
+        std::swap(sync_, other.sync_);
+        return *this;
+    }
+    Fence(const Fence&) = delete;
+    Fence& operator=(const Fence&) = delete;
+    ~Fence() {
+        if (sync_ != nullptr) gl_->DeleteSync(sync_);
+    }
+
+    [[nodiscard]] GLsync sync() const { return sync_; }
+
+private:
+    const Gl* gl_;
+    GLsync sync_;
+};
+
 using Buffer = Handle<&Gl::DeleteBuffers, GL_BUFFER>;
 using Texture = Handle<&Gl::DeleteTextures, GL_TEXTURE>;
 using Framebuffer = Handle<&Gl::DeleteFramebuffers, GL_FRAMEBUFFER>;

@@ -41,23 +41,27 @@ void Pipeline::upload_fixed() {
     context_.check("uploading the fixed images");
 }
 
+void Pipeline::need_frames(std::size_t count, bool derivatives) {
+    if (frames_capacity_ < count) {
+        frames_ = make_storage(context_, "frames", count * sizeof(shared::FrameData));
+        frames_capacity_ = count;
+    }
+    if (derivatives && derivatives_capacity_ < count) {
+        derivatives_ = make_storage(context_, "derivatives of frames", count * sizeof(shared::DerivativeData));
+        derivatives_capacity_ = count;
+    }
+}
+
 void Pipeline::upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives) {
     const Gl& gl = context_.gl();
     std::vector<shared::FrameData> data;
     for (const RayFrame& frame : frames) data.push_back(frame_data(frame, frame_context(frame)));
-    if (frames_capacity_ < frames.size()) {
-        frames_ = make_storage(context_, "frames", data.size() * sizeof(data[0]));
-        frames_capacity_ = frames.size();
-    }
+    need_frames(frames.size(), !derivatives.empty());
     gl.NamedBufferSubData(frames_.id(), 0, static_cast<GLsizeiptr>(data.size() * sizeof(data[0])), data.data());
     if (derivatives.empty()) return;
     std::vector<shared::DerivativeData> slopes;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         slopes.push_back(derivative_data(frames[i], derivatives[i], frame_context(frames[i])));
-    }
-    if (derivatives_capacity_ < frames.size()) {
-        derivatives_ = make_storage(context_, "derivatives of frames", slopes.size() * sizeof(slopes[0]));
-        derivatives_capacity_ = frames.size();
     }
     gl.NamedBufferSubData(derivatives_.id(), 0, static_cast<GLsizeiptr>(slopes.size() * sizeof(slopes[0])),
                           slopes.data());
@@ -81,6 +85,13 @@ void Pipeline::need_work(const Job& job, std::size_t frames) {
     }
 }
 
+void Pipeline::bind_work() const {
+    const Gl& gl = context_.gl();
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kImageBinding, images_.id());
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kFixedBinding, fixed_images_.id());
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kPartialBinding, partials_.id());
+}
+
 void Pipeline::bind(const Job& job) const {
     const Gl& gl = context_.gl();
     bind_scene();
@@ -89,10 +100,8 @@ void Pipeline::bind(const Job& job) const {
     };
     storage(kFrameBinding, frames_);
     if (job.derivatives) storage(kDerivativeBinding, derivatives_);
-    storage(kImageBinding, images_);
-    storage(kFixedBinding, fixed_images_);
-    storage(kPartialBinding, partials_);
-    storage(kSumBinding, sums_.buffer);
+    bind_work();
+    storage(kSumBinding, job.device_sums != nullptr ? *job.device_sums : sums_.buffer);
 }
 
 }  // namespace raylign::detail::gl

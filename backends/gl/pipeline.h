@@ -17,6 +17,7 @@ struct PipelineOptions {
     bool crop = false;           ///< keep only the box around the object
     double chunk_ms = 50;        ///< what one submission may take; tests make it small
     std::size_t work_bytes = 0;  ///< of frames in work at once; 0 = as fits the device
+    bool descends = false;       ///< searches run on the device, by Descents
     int parts = 0;               ///< invocations that share a ray: 1, 2 or 4; 0 = as fits the device
 };
 
@@ -52,7 +53,12 @@ public:
     /// Since the last call; tells the context the rate of casting.
     [[nodiscard]] StageSeconds collect_times();
 
+    /// True if searches may run on the device: rays are cast there, and no step takes long.
+    [[nodiscard]] bool descends() const;
+
 private:
+    friend class Descents;
+
     /// One run: frames, and how many images and sums each has.
     struct Job {
         std::span<const RayFrame> frames;
@@ -60,16 +66,24 @@ private:
         bool derivatives = false;
         std::size_t images_per_frame = 1, sums_per_frame = 0;
         bool sums = true;  ///< false: only images
+        /// Where the device makes the frames: the work groups of each chunk's passes, nine words, and a place for sums
+        /// that only the device reads. Null: as many as there are frames, sums for the host.
+        const Buffer* groups = nullptr;
+        const Buffer* device_sums = nullptr;
     };
 
+    enum class Pass { cast, sums, total };  ///< as in write_groups of advance_frames.glsl
     struct Rows {
         int first, count;
     };
 
+    void need_frames(std::size_t count, bool derivatives);
     void upload_frames(std::span<const RayFrame> frames, std::span<const RayFrameDerivatives> derivatives);
     void need_work(const Job& job, std::size_t frames);
     void need_sums(std::size_t count);
     [[nodiscard]] std::size_t bytes_per_frame(const Job& job) const;
+    /// That there is memory for at once.
+    [[nodiscard]] std::size_t most_frames(const Job& job) const;
     [[nodiscard]] std::vector<Chunk> chunks_of(const Job& job) const;
     void run_chunk(const Job& job, const Chunk& chunk);
     /// The images of the job's one frame.
@@ -81,8 +95,15 @@ private:
     void cast_rows(const Job& job, const Chunk& chunk, const Rows& rows);
     void add_up(const Job& job, const Chunk& chunk);
     void total(const Job& job, const Chunk& chunk);
+    /// The pass in use over the chunk's frames, `x` times `y` work groups each.
+    void dispatch(const Job& job, const Chunk& chunk, Pass pass, GLuint x, GLuint y) const;
     void bind(const Job& job) const;
-    [[nodiscard]] double samples(const RayFrame& frame, bool derivatives) const;
+    void bind_work() const;  ///< what only the passes have
+    [[nodiscard]] double samples(std::size_t view, bool derivatives) const;
+    [[nodiscard]] double most_samples() const;  ///< of a view, with derivatives
+    [[nodiscard]] double all_samples() const;   ///< of all views, with derivatives
+    /// What of `data` tells how many work groups a pass has.
+    void fill_groups(shared::DescentData& data) const;
     [[nodiscard]] ProgramSource cast_source(const Job& job) const;
     [[nodiscard]] ProgramSource sums_source(const Job& job) const;
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "backends/gl/descents.h"
 #include "backends/gl/pipeline.h"
 
 namespace raylign::detail::gl {
@@ -20,16 +21,32 @@ ProgramSource total_source() { return {{"total.comp"}, {{"MAX_TAPS", kMostTaps}}
 
 }  // namespace
 
-double Pipeline::samples(const RayFrame& frame, bool derivatives) const {
-    const Eigen::Vector2i& px = sizes_px_[frame.view];
+double Pipeline::samples(std::size_t view, bool derivatives) const {
+    const Eigen::Vector2i& px = sizes_px_[view];
     double planes = volume_->box().size.maxCoeff();
     if (render_.projector == Projector::trilinear) planes *= 2;
     return planes * px.x() * px.y() * (derivatives ? kDerivativeCost : 1);
 }
 
+double Pipeline::most_samples() const {
+    double most = 0;
+    for (std::size_t v = 0; v < sizes_px_.size(); ++v) most = std::max(most, samples(v, true));
+    return most;
+}
+
+double Pipeline::all_samples() const {
+    double all = 0;
+    for (std::size_t v = 0; v < sizes_px_.size(); ++v) all += samples(v, true);
+    return all;
+}
+
 std::vector<Chunk> Pipeline::chunks_of(const Job& job) const {
     std::vector<double> cost;
-    for (const RayFrame& frame : job.frames) cost.push_back(samples(frame, job.derivatives));
+    for (const RayFrame& frame : job.frames) cost.push_back(samples(frame.view, job.derivatives));
+    return plan_chunks(cost, {context_.samples_per_ms(), options_.chunk_ms, most_frames(job)});
+}
+
+std::size_t Pipeline::most_frames(const Job& job) const {
     std::size_t work = context_.device().software ? kSoftwareWork : kHardwareWork;
     if (options_.work_bytes > 0) work = options_.work_bytes;
     // Each of the buffers must fit into one block, too.
@@ -37,7 +54,7 @@ std::vector<Chunk> Pipeline::chunks_of(const Job& job) const {
         std::max(sizeof(float) * job.images_per_frame * image_floats_, sizeof(double) * job.sums_per_frame * blocks_);
     const std::size_t most =
         std::min(work / bytes_per_frame(job), context_.device().limits.storage_block_bytes / block);
-    return plan_chunks(cost, {context_.samples_per_ms(), options_.chunk_ms, std::max<std::size_t>(most, 1)});
+    return std::max<std::size_t>(most, 1);
 }
 
 std::span<const double> Pipeline::run(std::span<const RayFrame> frames,
@@ -126,10 +143,11 @@ void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {
 }
 
 void Pipeline::cast(const Job& job, const Chunk& chunk) {
+    if (job.groups != nullptr) return cast_rows(job, chunk, {0, most_px_.y()});
     int height = 0;
     for (const RayFrame& frame : job.frames.subspan(chunk.first, chunk.count)) {
         height = std::max(height, sizes_px_[frame.view].y());
-        cast_samples_ += samples(frame, job.derivatives);
+        cast_samples_ += samples(frame.view, job.derivatives);
     }
     const int rows = (height / chunk.row_parts + kTile_px) / kTile_px * kTile_px;
     for (int first = 0; first < height; first += rows) {
@@ -173,6 +191,7 @@ ProgramSource Pipeline::sums_source(const Job& job) const {
 void Pipeline::compile(const Job& job) {
     std::vector<ProgramSource> sources{sums_source(job), total_source()};
     if (!drawing_) sources.push_back(cast_source(job));
+    if (job.groups != nullptr) sources.push_back(advance_source());
     make_programs(context_, sources);
 }
 
@@ -182,9 +201,7 @@ void Pipeline::cast_rows(const Job& job, const Chunk& chunk, const Rows& rows) {
     gl.UseProgram(drr);
     gl.ProgramUniform1ui(drr, kFirstFrame, static_cast<GLuint>(chunk.first));
     gl.ProgramUniform1ui(drr, kFirstRow, static_cast<GLuint>(rows.first));
-    gl.DispatchCompute(work_groups(most_px_.x(), kTile_px), work_groups(rows.count, kTile_px),
-                       static_cast<GLuint>(chunk.count));
-    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    dispatch(job, chunk, Pass::cast, work_groups(most_px_.x(), kTile_px), work_groups(rows.count, kTile_px));
 }
 
 void Pipeline::add_up(const Job& job, const Chunk& chunk) {
@@ -192,9 +209,8 @@ void Pipeline::add_up(const Job& job, const Chunk& chunk) {
     const GLuint sums = program(context_, sums_source(job));
     gl.UseProgram(sums);
     gl.ProgramUniform1ui(sums, kFirstFrame, static_cast<GLuint>(chunk.first));
-    gl.DispatchCompute(work_groups(most_px_.x(), kSumsTile_px.x()), work_groups(most_px_.y(), kSumsTile_px.y()),
-                       static_cast<GLuint>(chunk.count));
-    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    dispatch(job, chunk, Pass::sums, work_groups(most_px_.x(), kSumsTile_px.x()),
+             work_groups(most_px_.y(), kSumsTile_px.y()));
 }
 
 void Pipeline::total(const Job& job, const Chunk& chunk) {
@@ -202,7 +218,24 @@ void Pipeline::total(const Job& job, const Chunk& chunk) {
     const GLuint total = program(context_, total_source());
     gl.UseProgram(total);
     gl.ProgramUniform1ui(total, kFirstFrame, static_cast<GLuint>(chunk.first));
-    gl.DispatchCompute(static_cast<GLuint>(job.sums_per_frame), 1, static_cast<GLuint>(chunk.count));
+    dispatch(job, chunk, Pass::total, static_cast<GLuint>(job.sums_per_frame), 1);
+}
+
+void Pipeline::fill_groups(shared::DescentData& data) const {
+    data.cast_groups[0] = work_groups(most_px_.x(), kTile_px);
+    data.cast_groups[1] = work_groups(most_px_.y(), kTile_px);
+    data.sums_groups[0] = work_groups(most_px_.x(), kSumsTile_px.x());
+    data.sums_groups[1] = work_groups(most_px_.y(), kSumsTile_px.y());
+}
+
+void Pipeline::dispatch(const Job& job, const Chunk& chunk, Pass pass, GLuint x, GLuint y) const {
+    const Gl& gl = context_.gl();
+    if (job.groups == nullptr) {
+        gl.DispatchCompute(x, y, static_cast<GLuint>(chunk.count));
+    } else {
+        const std::size_t at = 9 * (chunk.first / chunk.count) + 3 * static_cast<std::size_t>(pass);
+        gl.DispatchComputeIndirect(static_cast<GLintptr>(at * sizeof(GLuint)));
+    }
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

@@ -20,6 +20,7 @@
 //   chunks           cuts batches so that no submission takes long
 //   stage_clock      seconds per stage
 //   pipeline         gl: cast, filter, weighted sums, totals, in compute shaders
+//   descents         gl, where asked for: searches that the device runs by itself, over the same passes
 //   paper_*          gl-2006: the same by slices, blending and reductions in fragment shaders
 //   gl_session, gl_backend   the interface of core/backend.h
 // Geometry comes from core as RayFrames in double; floats begin at positions near the volume. Sums leave in double.

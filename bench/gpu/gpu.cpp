@@ -1,10 +1,12 @@
 // What an OpenGL device makes of the gl backend: one program for one step of bench/gpu/run.sh each.
 //
 // Usage: raylign_gpu info
-//        raylign_gpu ceiling    [voxels=256] [pixels=256] [--json FILE]     texture, memory and waiting, without
-//        raylign raylign_gpu calls      [voxels=256] [pixels=256] [--json FILE]     what one linearize of two views
-//        asks of GL raylign_gpu throughput [voxels=256] [pixels=256] [backend=gl] [seconds=0.2] [--json FILE]   batches
-//        of 1 to 256 raylign_gpu device     [voxels=256] [pixels=256] [--json FILE]     one row of the table of devices
+//        raylign_gpu ceiling VOXELS PIXELS       texture, memory and waiting, without raylign
+//        raylign_gpu calls VOXELS PIXELS [gl|as-hardware]   what linearizing two views asks of OpenGL; as-hardware:
+//            what it would ask of a GPU, counted on software OpenGL
+//        raylign_gpu throughput VOXELS PIXELS [BACKEND] [SECONDS]   batches of 1 to 256
+//        raylign_gpu device VOXELS PIXELS        one row of the table of devices
+// VOXELS and PIXELS are 256, BACKEND gl and SECONDS 0.2 where they are left out; --json FILE keeps what is printed.
 // A device is chosen by RAYLIGN_GL_DEVICE, as by --device of the program.
 
 #include <algorithm>
@@ -22,8 +24,10 @@
 #include "bench/program.h"
 #include "bench/record.h"
 #include "core/base/median.h"
+#include "core/registration/level/methods.h"
 #include "raylign/registration.h"
 #include "raylign/targets.h"
+#include "tests/support/as_hardware.h"
 
 namespace raylign::detail::bench {
 namespace {
@@ -132,8 +136,14 @@ struct Asked {
     double calls = 0, dispatches = 0, waits = 0;
 };
 
+/// Functions that count their calls; `backend` "as-hardware" makes software OpenGL pass for a GPU.
+gl::Api counted_api(const Settings& settings) {
+    const gl::Api api = gl::load_api();
+    return counted(settings.backend == "as-hardware" ? test::as_hardware(api) : api);
+}
+
 Asked asked_by_linearize(const Settings& settings, const BenchScene& scene, bool is_listed) {
-    const auto backend = gl::make_gl_backend(counted(gl::load_api()), {.device = wanted_device()});
+    const auto backend = gl::make_gl_backend(counted_api(settings), {.device = wanted_device()});
     Turns turns = turns_of(scene, *backend);
     for (int i = 0; i < 5; ++i) turns.linearize(1);
     constexpr int kTurns = 20;
@@ -148,11 +158,41 @@ Asked asked_by_linearize(const Settings& settings, const BenchScene& scene, bool
     return {a_turn(all_calls()), a_turn(calls_of("glDispatchCompute")), a_turn(calls_of("glClientWaitSync"))};
 }
 
+/// For each linearization of a search by Levenberg-Marquardt from 8 mm off, warm.
+Asked asked_by_descent(const Settings& settings, const BenchScene& scene, Solver solver) {
+    const auto backend = gl::make_gl_backend(counted_api(settings), {.device = wanted_device(), .solver = solver});
+    const auto session = backend->prepare({scene.volume, scene.views, {}, {}});
+    const LevelProblem problem{
+        .session = *session,
+        .start_world_from_ct = perturbed_start(scene.truth, default_targets_ct_mm(scene.volume), 8, 1),
+        .extent = object_extent(scene.volume),
+        .pixel_at_object_mm = 1,
+        .initial_step_mm = 1,
+        .step_tolerance_mm = 1e-3,
+        .cost_tolerance = 1e-10,
+        .max_iterations = 50,
+        .before_batch = [] {}};
+    (void)run_gauss_newton(problem, {});
+    const auto before = session->counters().linearizations;
+    reset_calls();
+    (void)run_gauss_newton(problem, {});
+    const auto count = static_cast<double>(session->counters().linearizations - before);
+    const auto each = [&](std::int64_t made) { return static_cast<double>(made) / count; };
+    return {each(all_calls()), each(calls_of("glDispatchCompute") + calls_of("glDispatchComputeIndirect")),
+            each(calls_of("glClientWaitSync"))};
+}
+
 int count_calls(const Settings& settings, int argc, char** argv) {
-    Record record(argc, argv, "What one linearize asks of OpenGL", {"calls", "dispatches", "waits"});
-    const Asked asked = asked_by_linearize(settings, make_scene(settings.voxels, settings.pixels), true);
-    std::printf("%.1f calls, %.1f dispatches, %.1f waits\n", asked.calls, asked.dispatches, asked.waits);
-    record.add({asked.calls, asked.dispatches, asked.waits});
+    Record record(argc, argv, "What a linearization asks of OpenGL", {"of", "calls", "dispatches", "waits"});
+    const BenchScene scene = make_scene(settings.voxels, settings.pixels);
+    const auto note = [&](const std::string& of, const Asked& asked) {
+        std::printf("%s: %.1f calls, %.1f dispatches, %.1f waits\n", of.c_str(), asked.calls, asked.dispatches,
+                    asked.waits);
+        record.add({of, asked.calls, asked.dispatches, asked.waits});
+    };
+    note("linearize", asked_by_linearize(settings, scene, true));
+    note("a search, solved on the host", asked_by_descent(settings, scene, Solver::host));
+    note("a search, solved on the device", asked_by_descent(settings, scene, Solver::device));
     record.write();
     return 0;
 }
@@ -219,10 +259,10 @@ double registration_ms(const BenchScene& scene, Backend& backend) {
 }
 
 int device(const Settings& settings, int argc, char** argv) {
-    Record record(
-        argc, argv, "Devices",
-        {"device", "DRR [us]", "evaluate, 1 pose [us]", "of 64, each [us]", "linearize, 1 pose [us]",
-         "of 64, each [us]", "samples of the ceiling [%]", "calls, dispatches, waits", "biplane registration [ms]"});
+    Record record(argc, argv, "Devices",
+                  {"device", "DRR [us]", "evaluate, 1 pose [us]", "of 64, each [us]", "linearize, 1 pose [us]",
+                   "of 64, each [us]", "samples of the ceiling [%]", "calls, dispatches, waits",
+                   "biplane registration [ms]", "solved on the device [ms]"});
     const BenchScene scene = make_scene(settings.voxels, settings.pixels);
     const auto backend = make_gl_backend(GlOptions{.device = wanted_device()});
     Turns turns = turns_of(scene, *backend);
@@ -244,14 +284,16 @@ int device(const Settings& settings, int argc, char** argv) {
     char counts[64];
     std::snprintf(counts, sizeof counts, "%.0f, %.0f, %.0f", asked.calls, asked.dispatches, asked.waits);
     const double ms = registration_ms(scene, *backend);
+    const auto solving = make_gl_backend(GlOptions{.device = wanted_device(), .solver = Solver::device});
+    const double solved_ms = registration_ms(scene, *solving);
     const double share = 100 * samples / many_s / most_per_s;
     std::printf(
         "%s: DRR %.1f us, evaluate %.1f (%.1f of 64), linearize %.1f (%.1f of 64), %.1f %% of the ceiling, "
-        "%s calls, registration %.2f ms\n",
+        "%s calls, registration %.2f ms (%.2f, solved on the device)\n",
         backend->info().device.c_str(), 1e6 * drr_s, 1e6 * evaluate_s, 1e6 * many_s, 1e6 * linearize_s,
-        1e6 * many_linearize_s, share, counts, ms);
+        1e6 * many_linearize_s, share, counts, ms, solved_ms);
     record.add({backend->info().device, 1e6 * drr_s, 1e6 * evaluate_s, 1e6 * many_s, 1e6 * linearize_s,
-                1e6 * many_linearize_s, share, std::string(counts), ms});
+                1e6 * many_linearize_s, share, std::string(counts), ms, solved_ms});
     record.write();
     return 0;
 }

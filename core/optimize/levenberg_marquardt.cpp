@@ -10,10 +10,7 @@
 namespace raylign::detail {
 namespace {
 
-constexpr double kLongestOfPlain = 4;  // a step with what was learnt, against one without
-constexpr double kDampingDown = 0.2, kDampingUp = 8;
-constexpr double kLeastDampingUp = 0.5;  // after a rejected step: less would propose nearly the same one again
-constexpr double kLargestDamping = 1e8;  // steps are then shorter than any tolerance in use
+using Rule = LevenbergMarquardtRule;
 
 bool is_finite(const LocalModel& model) {
     return std::isfinite(model.cost) && model.gradient.allFinite() && model.curvature.allFinite();
@@ -37,12 +34,12 @@ Step damped_step(const LocalModel& model, const Eigen::MatrixXd& missing, double
     const double largest = model.curvature.diagonal().maxCoeff();
     if (!(largest > 0)) return {Eigen::VectorXd::Zero(model.gradient.size()), 0};
     Eigen::MatrixXd damped = model.curvature;
-    damped.diagonal() += damping * model.curvature.diagonal().cwiseMax(1e-9 * largest);
+    damped.diagonal() += damping * model.curvature.diagonal().cwiseMax(Rule::least_of_diagonal * largest);
     Eigen::VectorXd plain = -solve_symmetric(damped, model.gradient);
     Eigen::VectorXd learnt = -solve_symmetric(Eigen::MatrixXd(damped + missing), model.gradient);
     // A shorter step would only be slower, and where the two together are hardly positive it says nothing.
     const double share = learnt.norm() / plain.norm();
-    if (learnt.dot(model.gradient) < 0 && share > 1 && share < kLongestOfPlain) {
+    if (learnt.dot(model.gradient) < 0 && share > 1 && share < Rule::longest_of_plain) {
         return capped(std::move(learnt), model, model.curvature + missing, max_step);
     }
     return capped(std::move(plain), model, model.curvature, max_step);
@@ -116,11 +113,11 @@ bool LevenbergMarquardtSearch::take(LocalModel trial) {
         result_.model = std::move(trial);
         ++result_.iterations;
         last_length_ = step_.norm();
-        damping_ = std::max(damping_ * kDampingDown, 1e-9);
+        damping_ = std::max(damping_ * Rule::damping_down, Rule::least_damping);
     } else {
-        damping_ = std::max(damping_ * kDampingUp, kLeastDampingUp);
+        damping_ = std::max(damping_ * Rule::damping_up, Rule::least_damping_up);
     }
-    if (damping_ > kLargestDamping) {
+    if (damping_ > Rule::largest_damping) {
         finish(Termination::converged);
     } else {
         propose();

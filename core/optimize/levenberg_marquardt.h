@@ -41,6 +41,15 @@ struct LevenbergMarquardtOptions {
     [[nodiscard]] std::string problem() const;
 };
 
+/// How the damping follows what steps bring; also for devices that search by themselves (Session::descend).
+struct LevenbergMarquardtRule {
+    static constexpr double longest_of_plain = 4;  ///< a step with what was learnt, against one without
+    static constexpr double damping_down = 0.2, damping_up = 8;
+    static constexpr double least_damping_up = 0.5;  ///< after a rejected step: less proposes nearly the same again
+    static constexpr double least_damping = 1e-9, largest_damping = 1e8;  ///< beyond, no step reaches a tolerance
+    static constexpr double least_of_diagonal = 1e-9;  ///< of its largest element, is damped everywhere
+};
+
 struct LevenbergMarquardtResult {
     LocalModel model;    ///< at the final base
     int iterations = 0;  ///< accepted steps

@@ -10,9 +10,6 @@ namespace raylign {
 using namespace detail;
 namespace {
 
-/// A variance below this share of the raw second moment is rounding error of float pixels, not signal.
-constexpr double kConstantShare = 1e-12;
-
 double variance_sum(double weight, double sum, double sum_of_squares) { return sum_of_squares - sum * sum / weight; }
 
 void check_fixed(const View& view) {

@@ -49,6 +49,8 @@ inline constexpr int kMinPixels = 32;  ///< below this, six pose parameters are 
 /// A constant moving image (the DRR misses the detector) correlates with nothing: 0, by definition. NaN sums give NaN.
 [[nodiscard]] double normalized_cross_correlation(const MomentSums& sums);
 
+/// A variance below this share of the raw second moment is rounding error of float pixels, not signal.
+inline constexpr double kConstantShare = 1e-12;
 /// True where the moving image is constant over the usable pixels: no overlap with the detector.
 [[nodiscard]] bool moving_is_constant(const MomentSums& sums);
 

@@ -14,7 +14,8 @@ namespace {
 
 std::shared_ptr<SharedBackend> make_backend(const std::string& name, std::optional<int> threads,
                                             const std::string& instruction_set, const std::string& storage,
-                                            const std::string& device, const std::string& interpolation, bool crop) {
+                                            const std::string& device, const std::string& interpolation, bool crop,
+                                            const std::string& solver) {
     BackendOptions options;
     options.cpu.threads = options.gl.threads = options.gl_2006.threads = threads;
     if (!instruction_set.empty()) options.cpu.instruction_set = instruction_set_from_name(instruction_set);
@@ -24,6 +25,7 @@ std::shared_ptr<SharedBackend> make_backend(const std::string& name, std::option
     }
     if (!interpolation.empty())
         options.gl.interpolation = options.gl_2006.interpolation = interpolation_from_name(interpolation);
+    if (!solver.empty()) options.gl.solver = solver_from_name(solver);
     options.gl.device = options.gl_2006.device = device;
     options.gl.crop = options.gl_2006.crop = crop;
     const OthersMayRun others_may_run;
@@ -39,6 +41,7 @@ py::dict info(const SharedBackend& backend) {
     all["instruction_set"] = info.instruction_set;
     all["storage"] = info.storage;
     all["interpolation"] = info.interpolation;
+    all["solver"] = info.solver;
     all["has_derivatives"] = info.has_derivatives;
     py::dict passed_over;
     for (const BackendStatus& status : backend.choice.passed_over) passed_over[py::str(status.name)] = status.reason;
@@ -239,7 +242,8 @@ void bind_session(py::module_& module) {
     using namespace py::literals;
     py::class_<SharedBackend, std::shared_ptr<SharedBackend>>(module, "Backend")
         .def(py::init(&make_backend), "name"_a = "auto", py::kw_only(), "threads"_a = py::none(),
-             "instruction_set"_a = "", "storage"_a = "", "device"_a = "", "interpolation"_a = "", "crop"_a = false)
+             "instruction_set"_a = "", "storage"_a = "", "device"_a = "", "interpolation"_a = "", "crop"_a = false,
+             "solver"_a = "")
         .def_property_readonly("info", &info)
         .def_property_readonly("name", [](const SharedBackend& backend) { return backend.choice.backend->info().name; })
         .def("__repr__", [](const SharedBackend& backend) {

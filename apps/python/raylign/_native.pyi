@@ -73,7 +73,8 @@ class View:
 
 class Backend:
     def __init__(self, name: str = "auto", *, threads: Optional[int] = None, instruction_set: str = "", storage: str = "",
-                 device: str = "", interpolation: str = "", crop: bool = False) -> None: ...
+                 device: str = "", interpolation: str = "", crop: bool = False,
+                 solver: str = "") -> None: ...
     @property
     def name(self) -> str: ...
     @property

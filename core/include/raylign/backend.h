@@ -27,6 +27,10 @@ struct MomentSums;
 struct JacobianSums;
 struct FixedChannels;
 class SurfaceDrr;
+struct DescentProblem;
+struct DescentStart;
+struct DescentView;
+struct DescentEnd;
 }  // namespace detail
 
 /// How a ray samples the volume.
@@ -96,6 +100,11 @@ public:
     /// Share of a view in the cost, from View::cost_weight; all shares sum to one.
     [[nodiscard]] double view_share(std::size_t view) const { return view_shares_.at(view); }
 
+    /// Levenberg-Marquardt searches from all starts, which the backend runs by itself; nothing where it leaves their
+    /// steps to its caller. Costs are those of linearize. Throws as linearize_views does, and what `problem` throws.
+    [[nodiscard]] std::optional<std::vector<detail::DescentEnd>> descend(const detail::DescentProblem& problem,
+                                                                         std::span<const detail::DescentStart> starts);
+
     /// The sums behind the costs, [pose][view][channel], channels innermost: for comparing backends.
     [[nodiscard]] std::vector<detail::MomentSums> moment_sums(std::span<const RigidTransform> world_from_ct);
 
@@ -158,6 +167,13 @@ protected:
     virtual Image render_frame(const detail::RayFrame& frame) = 0;
     virtual DrrWithDerivatives render_frame(const detail::RayFrame& frame,
                                             const detail::RayFrameDerivatives& derivatives) = 0;
+    /// True if the backend has descents of its own.
+    [[nodiscard]] virtual bool descends() const { return false; }
+    /// See descend: one view for each of the session's, and frames of all starts, pose-major.
+    virtual std::vector<detail::DescentEnd> run_descents(const detail::DescentProblem& problem,
+                                                         std::span<const detail::DescentView> views,
+                                                         std::span<const detail::DescentStart> starts,
+                                                         std::span<const detail::RayFrame> start_frames);
     /// The weights in fixed() have changed: backends that keep copies renew them.
     virtual void weights_changed() = 0;
 
@@ -198,6 +214,7 @@ struct BackendInfo {
     std::string storage = "float32";      ///< how voxels are kept: float32 or int16
     std::string interpolation = "exact";  ///< exact, or hardware: texture filters, with 8-bit fractions on GPUs
     std::string timing = "wall clock";    ///< what SessionTiming comes from: wall clock, or timer queries of a GPU
+    std::string solver = "host";          ///< who solves for steps of gauss-newton: host or device
     bool has_derivatives = true;          ///< false: linearize throws
 };
 

@@ -20,12 +20,19 @@ enum class Interpolation {
     hardware,  ///< by the texture units: fast, with 8-bit fractions on GPUs
     exact,     ///< in the shader, in float
 };
+/// Who solves for the steps of method gauss-newton.
+enum class Solver {
+    host,    ///< the optimizer that all backends share
+    device,  ///< the same on the GPU, which then waits for nobody between steps; poses agree to far below a micrometre
+};
 [[nodiscard]] std::string_view storage_name(Storage storage);                    ///< "float32", "int16"
 [[nodiscard]] std::string_view instruction_set_name(InstructionSet set);         ///< "sse2", "avx2", "avx512", "neon"
 [[nodiscard]] std::string_view interpolation_name(Interpolation interpolation);  ///< "hardware", "exact"
-[[nodiscard]] Storage storage_from_name(std::string_view name);                  ///< these three throw Error, listing
+[[nodiscard]] std::string_view solver_name(Solver solver);                       ///< "host", "device"
+[[nodiscard]] Storage storage_from_name(std::string_view name);                  ///< these four throw Error, listing
 [[nodiscard]] InstructionSet instruction_set_from_name(std::string_view name);   ///< the valid names
 [[nodiscard]] Interpolation interpolation_from_name(std::string_view name);
+[[nodiscard]] Solver solver_from_name(std::string_view name);
 
 /// The multithreaded SIMD backend.
 struct CpuOptions {
@@ -43,7 +50,8 @@ struct GlOptions {
     std::string device;  ///< index (DeviceStatus::index) or part of the renderer's name; default: the first
     Storage storage = Storage::int16;  ///< textures filter it as fast
     Interpolation interpolation = Interpolation::hardware;
-    bool crop = false;  ///< keep only the box around the object: for volumes too large for the device
+    Solver solver = Solver::host;  ///< device: unproven on hardware as yet (bench/README.md, "GPUs"); gl only
+    bool crop = false;             ///< keep only the box around the object: for volumes too large for the device
     /// Of the host, for work beside the device; default: all cores that this process may use; in [1, 1024].
     std::optional<int> threads;
 };

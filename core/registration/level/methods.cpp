@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/descent.h"
 #include "core/optimize/bobyqa.h"
 #include "core/optimize/levenberg_marquardt.h"
 #include "core/optimize/steepest_descent.h"
@@ -156,6 +157,33 @@ void run_searches(std::vector<PoseSearch>& searches, const LevelProblem& problem
     }
 }
 
+/// The same by the backend itself, where it can.
+std::optional<std::vector<LevelOutcome>> descended(const LevelProblem& problem, std::span<const DescentStart> starts,
+                                                   const PoseCallback& on_step) {
+    DescentProblem descent{.centre_ct_mm = problem.extent.centre_ct_mm,
+                           .radius_mm = problem.extent.radius_mm,
+                           .options = gauss_newton_options(problem),
+                           .before_batch = problem.before_batch,
+                           .on_step = {}};
+    if (on_step) {
+        descent.on_step = [&](std::size_t, const OptimizerStep& step, const RigidTransform& pose) {
+            return on_step(step, pose);
+        };
+    }
+    std::optional<std::vector<DescentEnd>> ends = problem.session.descend(descent, starts);
+    if (!ends) return std::nullopt;
+    std::vector<LevelOutcome> outcomes;
+    for (DescentEnd& end : *ends) {
+        outcomes.push_back({.world_from_ct = end.world_from_ct,
+                            .cost = end.cost,
+                            .views = std::move(end.views),
+                            .iterations = end.iterations,
+                            .last_step_mm = end.last_length > 0 ? end.last_length : problem.initial_step_mm,
+                            .termination = end.termination});
+    }
+    return outcomes;
+}
+
 }  // namespace
 
 Linearization sum_of_views(const Session& session, std::span<const Linearization> views) {
@@ -167,21 +195,33 @@ Linearization sum_of_views(const Session& session, std::span<const Linearization
     return sum;
 }
 
-LevelOutcome run_gauss_newton(const LevelProblem& problem, const PoseCallback& on_step) {
-    std::vector<PoseSearch> searches(1);
-    searches.front().base = problem.start_world_from_ct;
-    if (!problem.at_start.empty()) searches.front().take(problem.at_start, problem.start_world_from_ct, problem);
-    run_searches(searches, problem, on_step);
-    return searches.front().outcome(problem);
-}
+namespace {
 
-std::vector<LevelOutcome> run_gauss_newton_batch(const LevelProblem& problem, std::span<const RigidTransform> starts) {
+std::vector<LevelOutcome> run_from(const LevelProblem& problem, std::span<const DescentStart> starts,
+                                   const PoseCallback& on_step) {
+    if (auto ends = descended(problem, starts, on_step)) return std::move(*ends);
     std::vector<PoseSearch> searches;
-    for (const RigidTransform& start : starts) searches.push_back({.base = start});
-    run_searches(searches, problem, {});
+    for (const DescentStart& start : starts) {
+        PoseSearch& search = searches.emplace_back(PoseSearch{.base = start.world_from_ct});
+        if (!start.views.empty()) search.take(start.views, start.world_from_ct, problem);
+    }
+    run_searches(searches, problem, on_step);
     std::vector<LevelOutcome> outcomes;
     for (const PoseSearch& s : searches) outcomes.push_back(s.outcome(problem));
     return outcomes;
+}
+
+}  // namespace
+
+LevelOutcome run_gauss_newton(const LevelProblem& problem, const PoseCallback& on_step) {
+    const DescentStart start{problem.start_world_from_ct, problem.at_start};
+    return std::move(run_from(problem, {&start, 1}, on_step).front());
+}
+
+std::vector<LevelOutcome> run_gauss_newton_batch(const LevelProblem& problem, std::span<const RigidTransform> starts) {
+    std::vector<DescentStart> all;
+    for (const RigidTransform& start : starts) all.push_back({start});
+    return run_from(problem, all, {});
 }
 
 LevelOutcome run_method(Method method, const LevelProblem& problem, const PoseCallback& on_step) {

@@ -32,6 +32,11 @@ TEST(BackendFlags, OptionsOfGpusAreRefusedWhereTheyMeanNothing) {
     EXPECT_THROW(settle({.name = "gl-2006", .reduction = "guess"}), Error);
     EXPECT_THROW(settle({.name = "gl", .interpolation = "cubic"}), Error);
     EXPECT_THROW(settle({.name = "gl", .storage = "float16"}), Error);
+    EXPECT_NO_THROW(settle({.name = "gl", .solver = "device"}));
+    EXPECT_NO_THROW(settle({.name = "cpu", .solver = "host"})) << "which it is";
+    EXPECT_THROW(settle({.name = "cpu", .solver = "device"}), Error);
+    EXPECT_THROW(settle({.name = "gl-2006", .solver = "device"}), Error);
+    EXPECT_THROW(settle({.name = "gl", .solver = "nobody"}), Error);
 }
 
 TEST(BackendFlags, ThreadsAreForEveryBackendThatHasAny) {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "backends/gl/gl_session.h"
+#include "core/descent.h"
 #include "gl_scenes.h"
 #include "tests/support/test_folder.h"
 
@@ -46,11 +47,11 @@ void work_with(const Api& api, Projector projector, bool exact) {
     const auto poses = spine.poses(1);
     const Interpolation interpolation = exact ? Interpolation::exact : Interpolation::hardware;
     for (const Metric metric : {Metric::gc, Metric::ncc}) {
-        const auto session =
-            make_gl_backend(api, {.interpolation = interpolation})->prepare(spine.scene(projector, metric));
+        const auto session = make_gl_backend(api, {.interpolation = interpolation, .solver = Solver::device})
+                                 ->prepare(spine.scene(projector, metric));
         (void)test::costs(*session, poses);
-        std::vector<Linearization> at(1);
-        session->linearize(poses, {0, 0, 0}, at);
+        const DescentStart start{poses.front()};
+        (void)session->descend({.centre_ct_mm = {0, 0, 0}, .radius_mm = 60, .before_batch = [] {}}, {&start, 1});
     }
     using Reduction = Gl2006Options::Reduction;
     for (const Reduction reduction : {Reduction::passes, Reduction::mipmap}) {
