@@ -113,7 +113,7 @@ void detail::check_render(const RenderSettings& render, const VoxelGrid& grid) {
 }
 
 void detail::check_scene(const Scene& scene) {
-    check_volume(scene.volume, "the volume");
+    scene.voxels_are_finite ? check_shape(scene.volume, "the volume") : check_volume(scene.volume, "the volume");
     check_views(scene.views);
     check_render(scene.render, scene.volume.grid);
 }

@@ -5,6 +5,7 @@
 
 #include "core/backend.h"
 #include "core/base/error.h"
+#include "core/base/for_each.h"
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"
 #include "core/descent.h"
@@ -247,7 +248,8 @@ DrrWithDerivatives Session::render_with_derivatives(const RigidTransform& world_
                         make_ray_frame_derivatives(grid_, views_[view], world_from_ct, world_from_ct * centre_ct_mm));
 }
 
-void Session::for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) {
-    for (std::size_t i = 0; i < count; ++i) turn(i);
-}
+void Session::for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) { in_order(count, turn); }
+
+void Backend::for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) { in_order(count, turn); }
+
 }  // namespace raylign

@@ -4,6 +4,7 @@
 
 #include "backends/cpu/cpu_session.h"
 #include "backends/cpu/kernel_dispatch.h"
+#include "backends/cpu/workers.h"
 #include "core/base/error.h"
 
 namespace raylign::detail {
@@ -42,6 +43,9 @@ public:
     }
     std::unique_ptr<Session> prepare(const Scene& scene) override {
         return std::make_unique<cpu::CpuSession>(scene, kernels_, storage_, threads_);
+    }
+    void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) override {
+        cpu::Workers(threads_).run(count, [&turn](std::size_t i, int) { turn(i); });
     }
 
 private:

@@ -19,11 +19,11 @@ DeviceScene::DeviceScene(Context& context, const ViewScene& scene, const std::ve
 }
 
 DeviceScene::DeviceScene(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
-                         const VolumeOptions& options)
-    : DeviceScene(
-          context, {scene.volume.grid, scene.views, scene.render, scene.similarity}, fixed, options,
-          std::make_shared<VolumeTextures>(context, scene.volume, box_of(scene, options.crop), options.storage,
-                                           first_layout(scene, options.exact || context.device().emulates_filter()))) {}
+                         const VolumeOptions& options, const ForEach& on_host)
+    : DeviceScene(context, {scene.volume.grid, scene.views, scene.render, scene.similarity}, fixed, options,
+                  std::make_shared<VolumeTextures>(
+                      context, scene.volume, box_of(scene, options.crop), options.storage,
+                      first_layout(scene, options.exact || context.device().emulates_filter()), on_host)) {}
 
 DeviceScene::DeviceScene(const DeviceScene& resident, std::span<const View> views, const Similarity& similarity,
                          const std::vector<FixedChannels>& fixed)

@@ -10,6 +10,7 @@
 #include "backends/gl/stage_clock.h"
 #include "backends/gl/volume_textures.h"
 #include "core/backend.h"
+#include "core/base/for_each.h"
 
 namespace raylign::detail::gl {
 
@@ -28,7 +29,7 @@ struct VolumeOptions {
 class DeviceScene {
 public:
     DeviceScene(Context& context, const Scene& scene, const std::vector<FixedChannels>& fixed,
-                const VolumeOptions& options);
+                const VolumeOptions& options, const ForEach& on_host);
     /// Other views of the volume of `resident`, whose textures both then own.
     DeviceScene(const DeviceScene& resident, std::span<const View> views, const Similarity& similarity,
                 const std::vector<FixedChannels>& fixed);

@@ -1,6 +1,7 @@
 #include "backends/gl/gl_backend.h"
 
 #include "backends/gl/gl_session.h"
+#include "backends/gl/host_threads.h"
 #include "backends/gl/with_api.h"
 #include "core/base/error.h"
 #include "core/base/usable_cores.h"
@@ -58,6 +59,9 @@ public:
                                       .descends = options_.solver == Solver::device};
         return std::make_unique<GlSession>(owner_.working_context(), scene, options, threads_);
     }
+    void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) override {
+        on_threads(threads_, count, turn);
+    }
 
 private:
     GlOptions options_;
@@ -88,6 +92,9 @@ public:
                                    .reduction = options_.reduction,
                                    .read_images = options_.readback == Gl2006Options::Readback::image};
         return std::make_unique<PaperSession>(owner_.working_context(), scene, options, threads_);
+    }
+    void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) override {
+        on_threads(threads_, count, turn);
     }
 
 private:

@@ -1,14 +1,13 @@
 #include "backends/gl/gl_session.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <future>
 #include <type_traits>
 #include <utility>
 
 #include "backends/gl/descents.h"
+#include "backends/gl/host_threads.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 
@@ -40,7 +39,12 @@ PipelineSession<AnyPipeline>::PipelineSession(std::shared_ptr<Context> context, 
     for (const View& view : scene.views) sizes_px_.push_back(view.geometry.camera.size_px);
     const Volume none{{.size = {1, 1, 1}}, {1}};  // of a surface no voxel goes to the device
     const Scene sent{draws_surface() ? none : scene.volume, scene.views, scene.render, scene.similarity};
-    prepare([&] { return DeviceScene(*context_, sent, fixed(), {options.storage, options.exact, options.crop}); });
+    const auto on_host = [this](std::size_t count, const std::function<void(std::size_t)>& turn) {
+        on_threads(threads_, count, turn);
+    };
+    prepare([&] {
+        return DeviceScene(*context_, sent, fixed(), {options.storage, options.exact, options.crop}, on_host);
+    });
 }
 
 template <class AnyPipeline>
@@ -135,17 +139,7 @@ void PipelineSession<AnyPipeline>::note_times(double seconds) {
 
 template <class AnyPipeline>
 void PipelineSession<AnyPipeline>::for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn) {
-    std::atomic<std::size_t> next = 0;
-    const auto work = [&] {
-        for (std::size_t i = next++; i < count; i = next++) turn(i);
-    };
-    // Begun and ended in each loop, some 10 us a thread beside milliseconds of work: a pool would have to be kept, and
-    // to be shared by sessions.
-    const std::size_t threads = std::min<std::size_t>(count, threads_);
-    std::vector<std::future<void>> others;  // wait for their ends, also where a turn throws
-    for (std::size_t i = 1; i < threads; ++i) others.push_back(std::async(std::launch::async, work));
-    work();
-    for (std::future<void>& other : others) other.get();
+    on_threads(threads_, count, turn);
 }
 
 template <class AnyPipeline>

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "backends/gl/programs.h"
@@ -12,7 +14,7 @@
 namespace raylign::detail::gl {
 namespace {
 
-constexpr std::size_t kUploadVoxels = std::size_t{1} << 20;  ///< converted at once: a few MiB beside the volume
+constexpr std::size_t kUploadVoxels = std::size_t{1} << 22;  ///< converted at once: some MiB beside the volume
 constexpr double kMostInt16 = 65535;
 constexpr std::array<const char*, 4> kLabels = {"volume, layers across x", "volume, layers across y",
                                                 "volume, layers across z", "volume"};
@@ -36,6 +38,20 @@ void copy_row(const float* voxels, std::ptrdiff_t stride, int count, Texel* out,
     } else {
         for (int c = 0; c < count; ++c) out[c] = convert(voxels[c * stride]);
     }
+}
+
+/// The least and the greatest voxel.
+std::pair<float, float> range_of(std::span<const float> voxels, const ForEach& on_host) {
+    std::vector<std::pair<float, float>> parts((voxels.size() + kUploadVoxels - 1) / kUploadVoxels);
+    on_host(parts.size(), [&](std::size_t i) {
+        const std::span<const float> part = voxels.subspan(i * kUploadVoxels);
+        const auto count = static_cast<Eigen::Index>(std::min(part.size(), kUploadVoxels));
+        const Eigen::Map<const Eigen::ArrayXf> all(part.data(), count);
+        parts[i] = {all.minCoeff(), all.maxCoeff()};
+    });
+    std::pair<float, float> range = parts.front();
+    for (const auto& [low, high] : parts) range = {std::min(range.first, low), std::max(range.second, high)};
+    return range;
 }
 
 GLenum target_of(Layout layout) { return layout == Layout::box ? GL_TEXTURE_3D : GL_TEXTURE_2D_ARRAY; }
@@ -71,15 +87,14 @@ VoxelBox object_box(const Volume& volume) {
 }
 
 VolumeTextures::VolumeTextures(Context& context, const Volume& volume, const VoxelBox& box, Storage storage,
-                               Layout first)
+                               Layout first, const ForEach& on_host)
     : context_(context), box_(box), storage_(storage) {
     if (storage_ == Storage::int16) {
-        const auto voxels = static_cast<Eigen::Index>(volume.attenuation_per_mm.size());
-        const Eigen::Map<const Eigen::ArrayXf> all(volume.attenuation_per_mm.data(), voxels);
-        scale_ = int16_scale(all.minCoeff(), all.maxCoeff());
+        const auto [low, high] = range_of(volume.attenuation_per_mm, on_host);
+        scale_ = int16_scale(low, high);
     }
     allocate(first);
-    upload(volume, first);
+    upload(volume, first, on_host);
 }
 
 Eigen::Vector3i VolumeTextures::texels(Layout layout) const {
@@ -128,35 +143,47 @@ void VolumeTextures::allocate(Layout layout) {
     textures_[unit] = std::move(texture);
 }
 
-void VolumeTextures::upload(const Volume& volume, Layout layout) {
-    const Gl& gl = context_.gl();
+/// Texels of layers from `first` on, as many as fill `out`.
+template <class Texel, class Convert>
+void VolumeTextures::convert(const Volume& volume, Layout layout, int first, std::vector<Texel>& out,
+                             const ForEach& on_host, const Convert& to_texel) const {
     const std::array<int, 3> axes = axes_of(layout);
     const Eigen::Vector3i n = texels(layout);
     const std::size_t layer_voxels = static_cast<std::size_t>(n.x()) * n.y();
+    const std::ptrdiff_t stride = axes[0] == 0 ? 1 : volume.grid.size.x();  // columns are x or y
+    on_host(out.size() / layer_voxels, [&](std::size_t l) {
+        for (int r = 0; r < n.y(); ++r) {
+            Eigen::Vector3i voxel = box_.first;
+            voxel[axes[1]] += r;
+            voxel[axes[2]] += first + static_cast<int>(l);
+            const float* in = volume.attenuation_per_mm.data() + volume.index(voxel.x(), voxel.y(), voxel.z());
+            copy_row(in, stride, n.x(), &out[l * layer_voxels + static_cast<std::size_t>(r) * n.x()], to_texel);
+        }
+    });
+}
+
+void VolumeTextures::upload(const Volume& volume, Layout layout, const ForEach& on_host) {
+    const Gl& gl = context_.gl();
+    const Eigen::Vector3i n = texels(layout);
+    const std::size_t layer_voxels = static_cast<std::size_t>(n.x()) * n.y();
     const int slab = static_cast<int>(std::clamp<std::size_t>(kUploadVoxels / layer_voxels, 1, n.z()));
-    const bool as_ints = storage_ == Storage::int16;
-    const std::size_t slab_voxels = layer_voxels * static_cast<std::size_t>(slab);
-    std::vector<float> floats(as_ints ? 0 : slab_voxels);
-    std::vector<std::uint16_t> ints(as_ints ? slab_voxels : 0);
+    std::vector<float> floats;
+    std::vector<std::uint16_t> ints;
     const double per_unit = kMostInt16 / scale_.scale_per_mm, offset = kMostInt16 * scale_.zero + 0.5;
     const auto to_int = [=](float voxel) {  // by way of int: one instruction takes several
         return static_cast<std::uint16_t>(static_cast<int>(voxel * per_unit + offset));
     };
-    const auto to_float = [](float voxel) { return voxel; };
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (int first = 0; first < n.z(); first += slab) {
         const int layers = std::min(slab, n.z() - first);
-        std::size_t row = 0;
-        for (int l = first; l < first + layers; ++l) {
-            for (int r = 0; r < n.y(); ++r, row += n.x()) {
-                Eigen::Vector3i voxel = box_.first;
-                voxel[axes[1]] += r;
-                voxel[axes[2]] += l;
-                const float* in = volume.attenuation_per_mm.data() + volume.index(voxel.x(), voxel.y(), voxel.z());
-                const std::ptrdiff_t stride = axes[0] == 0 ? 1 : volume.grid.size.x();  // columns are x or y
-                if (as_ints) copy_row(in, stride, n.x(), &ints[row], to_int);
-                if (!as_ints) copy_row(in, stride, n.x(), &floats[row], to_float);
-            }
+        const std::size_t voxels = layer_voxels * static_cast<std::size_t>(layers);
+        const bool as_ints = storage_ == Storage::int16;
+        if (as_ints) {
+            ints.resize(voxels);
+            convert(volume, layout, first, ints, on_host, to_int);
+        } else {
+            floats.resize(voxels);
+            convert(volume, layout, first, floats, on_host, [](float voxel) { return voxel; });
         }
         gl.TextureSubImage3D(textures_[static_cast<int>(layout)].id(), 0, 0, 0, first, n.x(), n.y(), layers, GL_RED,
                              as_ints ? GL_UNSIGNED_SHORT : GL_FLOAT,

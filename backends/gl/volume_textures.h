@@ -4,8 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "backends/gl/context.h"
+#include "core/base/for_each.h"
 #include "raylign/backends.h"
 #include "raylign/volume.h"
 
@@ -34,7 +36,8 @@ class VolumeTextures {
 public:
     /// Throws Error, kind unavailable, with size and limit where textures of the device are too small, and with the
     /// bytes where its memory is.
-    VolumeTextures(Context& context, const Volume& volume, const VoxelBox& box, Storage storage, Layout first);
+    VolumeTextures(Context& context, const Volume& volume, const VoxelBox& box, Storage storage, Layout first,
+                   const ForEach& on_host);
 
     /// Makes a layout from one that is there.
     void need(Layout layout);
@@ -50,7 +53,10 @@ public:
 private:
     [[nodiscard]] Eigen::Vector3i texels(Layout layout) const;
     void allocate(Layout layout);
-    void upload(const Volume& volume, Layout layout);
+    template <class Texel, class Convert>
+    void convert(const Volume& volume, Layout layout, int first, std::vector<Texel>& out, const ForEach& on_host,
+                 const Convert& to_texel) const;
+    void upload(const Volume& volume, Layout layout, const ForEach& on_host);
     void check_size(Layout layout) const;
 
     Context& context_;

@@ -36,7 +36,7 @@ void means_of_blocks(const float* const (&rows)[4], int count, float* out) {
 
 }  // namespace
 
-Volume half_resolution(const Volume& volume) {
+Volume half_resolution(const Volume& volume, const ForEach& for_each) {
     Eigen::Vector3i factor;
     for (int axis = 0; axis < 3; ++axis) factor[axis] = volume.grid.size[axis] > 1 ? 2 : 1;
     Volume half;
@@ -45,7 +45,8 @@ Volume half_resolution(const Volume& volume) {
     half.grid.spacing_mm = volume.grid.spacing_mm.cwiseProduct(factor.cast<double>());
     half.grid.origin_mm = volume.grid.ct_from_voxel((factor.cast<double>() - Eigen::Vector3d::Ones()) / 2);
     half.attenuation_per_mm.resize(static_cast<std::size_t>(half.grid.voxel_count()));
-    for (int z = 0; z < half.grid.size.z(); ++z) {
+    for_each(static_cast<std::size_t>(half.grid.size.z()), [&](std::size_t layer) {
+        const int z = static_cast<int>(layer);
         for (int y = 0; y < half.grid.size.y(); ++y) {
             const bool is_inside =
                 factor.prod() == 8 && 2 * y + 1 < volume.grid.size.y() && 2 * z + 1 < volume.grid.size.z();
@@ -61,7 +62,7 @@ Volume half_resolution(const Volume& volume) {
                 half.attenuation_per_mm[half.index(x, y, z)] = mean_of_block(volume, {x, y, z}, factor);
             }
         }
-    }
+    });
     return half;
 }
 

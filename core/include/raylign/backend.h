@@ -54,6 +54,7 @@ struct Scene {
     std::span<const View> views;
     RenderSettings render;
     Similarity similarity;
+    bool voxels_are_finite = false;  ///< as the caller knows: spares a look at each of them
 };
 
 /// The DRR of one view, and what it changes by with each pose parameter: a rotation [rad] about x, y, z, then a shift
@@ -228,6 +229,8 @@ public:
     /// direction, voxels that are not finite, no views, bad cameras, a bad step, an image or mask with nothing to
     /// compare, and for memory that does not suffice. Views may lack images: then only render works.
     [[nodiscard]] virtual std::unique_ptr<Session> prepare(const Scene& scene) = 0;
+    /// As Session::for_each_index, before there is a Session.
+    virtual void for_each_index(std::size_t count, const std::function<void(std::size_t)>& turn);
 };
 
 }  // namespace raylign

@@ -18,7 +18,7 @@ ResidentVolume::ResidentVolume(const Volume& volume, const RenderSettings& rende
     : volume_(volume), render_(render), backend_(backend) {
     check_shape(volume, "the volume");
     check_render(render, volume.grid);
-    const VolumeSums sums = volume_sums(volume);
+    const VolumeSums sums = volume_sums(volume, threads());
     if (!std::isfinite(sums.mass)) check_volume(volume, "the volume");  // says which voxel it is
     extent_ = object_extent(sums, volume.grid);
     sample_ = sample_object(sums, volume.grid);
@@ -29,7 +29,7 @@ const Volume& ResidentVolume::halved(int halvings) {
     if (halvings == 0) return volume_;
     const auto found = halved_.find(halvings);
     if (found != halved_.end()) return found->second;
-    return halved_.emplace(halvings, half_resolution(halved(halvings - 1))).first->second;
+    return halved_.emplace(halvings, half_resolution(halved(halvings - 1), threads())).first->second;
 }
 
 const Volume& ResidentVolume::continued(int halvings) {
@@ -54,10 +54,16 @@ std::unique_ptr<Session> ResidentVolume::session_of(std::unique_ptr<Session>& re
     if (!resident) {
         std::vector<View> without_images(views.begin(), views.end());
         for (View& view : without_images) view.image = view.weights = {};  // it only holds the volume
-        resident = backend_.prepare({volume, without_images, render_of(halvings), similarity});
+        resident = backend_.prepare({volume, without_images, render_of(halvings), similarity, true});
         prepare_s_ += resident->timing().prepare_s;
     }
     return resident->with_views(views, similarity);
+}
+
+ForEach ResidentVolume::threads() const {
+    return [this](std::size_t count, const std::function<void(std::size_t)>& turn) {
+        backend_.for_each_index(count, turn);
+    };
 }
 
 /// Halved voxels are larger: a step that suits the volume may be finer than check_render lets one be there.

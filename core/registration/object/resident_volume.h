@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/backend.h"
+#include "core/base/for_each.h"
 #include "core/registration/object/cut_faces.h"
 #include "core/registration/object/overlap.h"
 #include "core/registration/object/pose_space.h"
@@ -41,6 +42,7 @@ public:
     [[nodiscard]] double take_prepare_s();
 
 private:
+    [[nodiscard]] ForEach threads() const;
     [[nodiscard]] RenderSettings render_of(int halvings);
     [[nodiscard]] const Volume& continued(int halvings);
     [[nodiscard]] std::unique_ptr<Session> session_of(std::unique_ptr<Session>& resident, const Volume& volume,

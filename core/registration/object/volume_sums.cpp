@@ -57,34 +57,54 @@ StretchSums moved(StretchSums sums, double x0) {
     return sums;
 }
 
+/// Of a row along x. `of_cells`: of those that it runs through, what is above 0 is added.
+StretchSums sums_of_row(const float* voxels, int size, int cell, double* of_cells) {
+    StretchSums row;  // a sum of positions over 10^8 voxels would lose digits
+    for (int x0 = 0; x0 < size; x0 += cell, ++of_cells) {
+        const StretchSums stretch = sums_of(voxels + x0, std::min(cell, size - x0));
+        *of_cells += stretch.attenuating;
+        row += moved(stretch, x0);
+    }
+    return row;
+}
+
+/// Adds a row's sums, all but those of cells.
+void add_row(VolumeSums& sums, const StretchSums& row, int y, int z) {
+    const Eigen::Vector3d moment(row.first, row.mass * y, row.mass * z);
+    sums.mass += row.mass;
+    sums.first += moment;
+    sums.second.row(0) += Eigen::RowVector3d(row.second, row.first * y, row.first * z);
+    sums.second.row(1) += y * moment.transpose();
+    sums.second.row(2) += z * moment.transpose();
+    sums.attenuating += row.attenuating;
+    sums.attenuating_count += row.attenuating_count;
+}
+
 }  // namespace
 
-VolumeSums volume_sums(const Volume& volume) {
+VolumeSums volume_sums(const Volume& volume, const ForEach& for_each) {
     const Eigen::Vector3i& size = volume.grid.size;
     VolumeSums sums;
     sums.cell = std::max(1, (size.maxCoeff() + kCellsAlong - 1) / kCellsAlong);
     sums.cells = (size.array() + sums.cell - 1) / sums.cell;
     sums.of_cells.resize(static_cast<std::size_t>(sums.cells.prod()));
-    const float* voxels = volume.attenuation_per_mm.data();
-    for (int z = 0; z < size.z(); ++z) {
-        for (int y = 0; y < size.y(); ++y, voxels += size.x()) {
-            double* of_cell = &sums.of_cells[static_cast<std::size_t>(z / sums.cell * sums.cells.y() + y / sums.cell) *
-                                             sums.cells.x()];
-            StretchSums row;  // first: a sum of positions over 10^8 voxels would lose digits
-            for (int x0 = 0; x0 < size.x(); x0 += sums.cell, ++of_cell) {
-                const StretchSums stretch = sums_of(voxels + x0, std::min(sums.cell, size.x() - x0));
-                *of_cell += stretch.attenuating;
-                row += moved(stretch, x0);
+    std::vector<VolumeSums> layers(static_cast<std::size_t>(sums.cells.z()));  // of cells
+    for_each(layers.size(), [&](std::size_t layer) {
+        const int begin = static_cast<int>(layer) * sums.cell, end = std::min(begin + sums.cell, size.z());
+        for (int z = begin; z < end; ++z) {
+            for (int y = 0; y < size.y(); ++y) {
+                const std::size_t cells = (layer * sums.cells.y() + y / sums.cell) * sums.cells.x();
+                const float* const voxels = &volume.attenuation_per_mm[volume.index(0, y, z)];
+                add_row(layers[layer], sums_of_row(voxels, size.x(), sums.cell, &sums.of_cells[cells]), y, z);
             }
-            const Eigen::Vector3d moment(row.first, row.mass * y, row.mass * z);
-            sums.mass += row.mass;
-            sums.first += moment;
-            sums.second.row(0) += Eigen::RowVector3d(row.second, row.first * y, row.first * z);
-            sums.second.row(1) += y * moment.transpose();
-            sums.second.row(2) += z * moment.transpose();
-            sums.attenuating += row.attenuating;
-            sums.attenuating_count += row.attenuating_count;
         }
+    });
+    for (const VolumeSums& layer : layers) {
+        sums.mass += layer.mass;
+        sums.first += layer.first;
+        sums.second += layer.second;
+        sums.attenuating += layer.attenuating;
+        sums.attenuating_count += layer.attenuating_count;
     }
     return sums;
 }

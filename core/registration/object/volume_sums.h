@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/base/for_each.h"
 #include "raylign/volume.h"
 
 namespace raylign::detail {
@@ -19,7 +20,7 @@ struct VolumeSums {
     std::vector<double> of_cells;
 };
 /// At most kCellsAlong cells along the longest axis.
-[[nodiscard]] VolumeSums volume_sums(const Volume& volume);
+[[nodiscard]] VolumeSums volume_sums(const Volume& volume, const ForEach& for_each = in_order);
 inline constexpr int kCellsAlong = 12;
 
 }  // namespace raylign::detail

@@ -5,6 +5,7 @@
 
 #include "core/base/random.h"
 #include "core/image/pyramid.h"
+#include "tests/support/many_threads.h"
 
 namespace raylign::detail {
 namespace {
@@ -50,6 +51,11 @@ TEST(VolumePyramid, KeepsMassForEvenOddAndFlatSizes) {
         EXPECT_EQ(half.attenuation_per_mm.size(), static_cast<std::size_t>(half.grid.voxel_count()));
         EXPECT_NEAR(moments(half).mass / moments(fine).mass, 1, 1e-7) << size.transpose();  // float voxels
     }
+}
+
+TEST(VolumePyramid, DoesNotDependOnThreads) {
+    const Volume fine = random_volume({13, 11, 9});
+    EXPECT_EQ(half_resolution(fine, test::all_at_once).attenuation_per_mm, half_resolution(fine).attenuation_per_mm);
 }
 
 TEST(VolumePyramid, AVoxelIsTheMeanOfEightOrOfThoseThatAreThere) {

@@ -6,6 +6,7 @@
 #include "core/base/random.h"
 #include "core/registration/object/volume_sums.h"
 #include "raylign/grid.h"
+#include "tests/support/many_threads.h"
 
 namespace raylign::detail {
 namespace {
@@ -48,6 +49,16 @@ TEST(VolumeSums, AreThoseOfEachVoxel) {
     EXPECT_LT((sums.second - plain.second).norm(), kOfFloats * plain.second.norm());
     EXPECT_NEAR(sums.attenuating, plain.attenuating, kOfFloats * plain.attenuating);
     EXPECT_EQ(sums.attenuating_count, plain.attenuating_count);
+}
+
+TEST(VolumeSums, DoNotDependOnThreads) {
+    const Volume volume = noise();
+    const VolumeSums one = volume_sums(volume), many = volume_sums(volume, test::all_at_once);
+    EXPECT_EQ(many.mass, one.mass);
+    EXPECT_EQ(many.first, one.first);
+    EXPECT_EQ(many.second, one.second);
+    EXPECT_EQ(many.attenuating, one.attenuating);
+    EXPECT_EQ(many.of_cells, one.of_cells);
 }
 
 TEST(VolumeSums, EachCellHasItsVoxels) {
