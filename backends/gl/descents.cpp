@@ -227,6 +227,7 @@ void Descents::submit() {
         p.clock_.begin();
         advance(std::exchange(is_first, false));
         p.clock_.end(Stage::reduction);
+        p.context_.gl().Flush();
     }
     Submission& submission = submissions_[next_ ^ (submissions_[next_].fence ? 1U : 0U)];
     read_back(submission);

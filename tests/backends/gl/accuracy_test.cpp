@@ -4,6 +4,7 @@
 
 #include "core/validation/tolerances.h"
 #include "gl_scenes.h"
+#include "tests/support/as_hardware.h"
 #include "tests/support/image_compare.h"
 #include "tests/support/tolerances.h"
 
@@ -136,6 +137,41 @@ TEST(GlFilter, OfAnyRadiusGivesTheSumsOfTheReference) {
         EXPECT_LT((ours.gradient - theirs.gradient).norm(), 2e-3 * theirs.gradient.norm()) << filter.radius_px;
         EXPECT_LT((ours.curvature - theirs.curvature).norm(), 1e-3 * theirs.curvature.norm()) << filter.radius_px;
     }
+}
+
+// A GPU is waited for once a call, where software OpenGL is at every stage: nothing may be read too early.
+TEST(GlHardware, ACallThatWaitsOnceGivesTheSameBits) {
+    RAYLIGN_NEED_GL(api);
+    const test::SpineScene spine;
+    const auto software = open_device(api, {});
+    GlSession stages(software, spine.scene(), {.parts = 1});
+    const auto poses = spine.poses(4);
+    const auto expected = test::costs(stages, poses);
+    const Image drr = stages.render(poses[1], 1);
+    const auto gpu = open_device(test::as_hardware(api), {});
+    ASSERT_FALSE(gpu->device().software);
+    GlSession whole(gpu, spine.scene(), {.parts = 1});
+    GlSession chunks(gpu, spine.scene(), {.chunk_ms = 1e-3, .parts = 1});
+    for (int round = 0; round < 3; ++round) {
+        for (GlSession* const session : {&whole, &chunks}) {
+            EXPECT_EQ(test::costs(*session, poses), expected);
+            std::vector<Linearization> at(poses.size());
+            session->linearize(poses, {0, 0, 0}, at);
+            for (std::size_t i = 0; i < at.size(); ++i) EXPECT_NEAR(at[i].cost, expected[i], test::kCost);
+            EXPECT_EQ(session->render(poses[1], 1).pixels, drr.pixels);
+        }
+    }
+}
+
+TEST(GlHardware, ThePapersPipelineGivesTheSameBits) {
+    RAYLIGN_NEED_GL(api);
+    const test::SpineScene spine;
+    const auto poses = spine.poses(3);
+    const auto expected = test::costs(*make_gl_2006_backend(api, {})->prepare(spine.scene()), poses);
+    const auto gpu = make_gl_2006_backend(test::as_hardware(api), {});
+    EXPECT_EQ(gpu->info().timing, "timer queries");
+    const auto session = gpu->prepare(spine.scene());
+    for (int round = 0; round < 3; ++round) EXPECT_EQ(test::costs(*session, poses), expected);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, GlAccuracy,

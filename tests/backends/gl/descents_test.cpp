@@ -123,7 +123,6 @@ TEST(GlDescents, WaitOnceForSeveralSteps) {
     RAYLIGN_NEED_GL(loaded);
     const test::SpineScene spine;
     Both both(test::as_hardware(counting_waits(loaded)), spine);
-    both.context->keep_programs_in({});
     LevelProblem problem = both.problem(both.host);
     problem.start_world_from_ct = spine.poses(4).back();
     const LevelOutcome host = run_gauss_newton(problem, {});
