@@ -6,6 +6,7 @@
 #include "backends/gl/devices.h"
 #include "backends/gl/gl_session.h"
 #include "backends/gl/with_api.h"
+#include "tests/support/as_hardware.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 
@@ -46,7 +47,7 @@ inline std::vector<double> costs(Session& session, const std::vector<RigidTransf
 #define RAYLIGN_NEED_GL(api)                                                                        \
     raylign::detail::gl::Api api;                                                                   \
     try {                                                                                           \
-        api = raylign::detail::gl::load_api();                                                      \
+        api = raylign::detail::test::load_api();                                                    \
         (void)raylign::detail::gl::open_device(api, {});                                            \
     } catch (const raylign::Error& error) {                                                         \
         if (raylign::detail::test::is_required("gl")) FAIL() << "gl is required: " << error.what(); \
