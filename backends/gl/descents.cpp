@@ -262,7 +262,7 @@ std::vector<Descents::Step> Descents::next() {
     for (std::size_t i = 0; i < now_.size(); ++i) {
         if (stopped_[i]) continue;
         const int first = static_cast<int>(now_[i].iterations - now_[i].taken) + 1;
-        for (unsigned k = 0; k < now_[i].taken; ++k) {
+        for (std::size_t k = 0; k < now_[i].taken; ++k) {
             steps.push_back({i,
                              {first + static_cast<int>(k), now_[i].taken_costs[k], now_[i].taken_lengths[k]},
                              pose_of(&now_[i].taken_poses[12 * k])});
