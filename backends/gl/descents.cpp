@@ -6,89 +6,18 @@
 #include <cstring>
 #include <utility>
 
-#include "core/backend.h"
+#include "backends/gl/descent_data.h"
 #include "core/base/error.h"
-#include "core/geometry/dominant_axis.h"
-#include "core/similarity/similarity.h"
 
 namespace raylign::detail::gl {
 namespace {
 
-constexpr double kInfinite = 1e30;  ///< floats have that, and its product with 0 is no NaN
 /// Of one submitted pass: half a second of the slowest device, as drivers reset those that do not answer for seconds.
 /// Not by the rate that was measured: which way a search goes would depend on it.
 constexpr double kMostSamples = 4e9;
 /// As in advance.comp, where images, fixed pixels and partial sums have no place.
 enum AdvanceBinding : GLuint { kDescentBinding = 3, kSearchBinding = 4, kModelBinding = 5, kGroupBinding = 7 };
 constexpr GLint kIsFirst = 0;  ///< location of the uniform is_first
-
-static_assert(static_cast<int>(Termination::converged) == 0 && static_cast<int>(Termination::max_iterations) == 1 &&
-              static_cast<int>(Termination::non_finite_cost) == 2);
-
-template <int rows, int columns>
-void put(double* to, const Eigen::Matrix<double, rows, columns>& matrix) {
-    for (int i = 0; i < rows; ++i) {
-        for (int j = 0; j < columns; ++j) *to++ = matrix(i, j);
-    }
-}
-
-void put(double* to, const RigidTransform& pose) {
-    put(to, pose.rotation);
-    put(to + 9, pose.translation_mm);
-}
-
-RigidTransform pose_of(const double* from) {
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(from);
-    return {rotation, Eigen::Map<const Eigen::Vector3d>(from + 9)};
-}
-
-shared::ViewModel model_of(const Linearization& at) {
-    shared::ViewModel model{};
-    model.cost = at.cost;
-    put(model.gradient, at.gradient);
-    for (int i = 0, k = 0; i < 6; ++i) {
-        for (int j = i; j < 6; ++j) model.curvature[k++] = at.curvature(i, j);
-    }
-    return model;
-}
-
-Linearization linearization_of(const shared::ViewModel& model) {
-    Linearization at;
-    at.cost = model.cost;
-    for (int i = 0, k = 0; i < 6; ++i) {
-        at.gradient[i] = model.gradient[i];
-        for (int j = i; j < 6; ++j) at.curvature(i, j) = at.curvature(j, i) = model.curvature[k++];
-    }
-    return at;
-}
-
-shared::SearchData search_from(const DescentStart& start, double damping) {
-    shared::SearchData search{};
-    put(search.base, start.world_from_ct);
-    put(search.trial, start.world_from_ct);
-    search.damping = damping;
-    search.state = start.views.empty() ? shared::kToLook : shared::kKnown;
-    search.is_fresh = 1;
-    return search;
-}
-
-std::vector<shared::CameraData> cameras_of(const DescentInputs& inputs, std::size_t channels) {
-    std::vector<shared::CameraData> cameras;
-    for (const DescentView& view : inputs.views) {
-        shared::CameraData camera{};
-        put(camera.source, view.source_world_mm);
-        put(camera.world_from_pixel, view.world_from_pixel);
-        camera.depth_max = std::min(view.depth_max_mm, kInfinite);
-        camera.ceiling = std::min(view.ceiling, kInfinite);
-        camera.share = view.share;
-        for (std::size_t c = 0; c < channels; ++c) {
-            const MomentSums& own = inputs.static_sums[cameras.size() * channels + c];
-            put(&camera.static_sums[3 * c], Eigen::Vector3d(own.weight, own.fixed, own.fixed_fixed));
-        }
-        cameras.push_back(camera);
-    }
-    return cameras;
-}
 
 template <class T>
 void write(const Gl& gl, const Buffer& buffer, std::size_t at, const T* data, std::size_t count) {
@@ -138,7 +67,7 @@ void Descents::upload(const DescentInputs& inputs) {
         known_.push_back(!start.views.empty());
         now_.push_back(search_from(start, inputs.problem.options.initial_damping));
     }
-    const std::vector<shared::CameraData> cameras = cameras_of(inputs, static_cast<std::size_t>(pipeline_.channels_));
+    const std::vector<shared::CameraData> cameras = cameras_of(inputs.views, inputs.static_sums);
     const shared::DescentData descent = descent_data(inputs.problem);
     descent_ = make_storage(context, "descent", sizeof(descent) + cameras.size() * sizeof(cameras[0]));
     write(gl, descent_, 0, &descent, 1);
@@ -159,35 +88,13 @@ unsigned Descents::layouts() const {
 }
 
 shared::DescentData Descents::descent_data(const DescentProblem& problem) const {
-    using Rule = LevenbergMarquardtRule;
-    const VoxelGrid& grid = pipeline_.grid_;
+    shared::DescentData data = rules_of(problem, pipeline_.grid_);
     const VoxelBox& box = pipeline_.volume_->box();
-    const LevenbergMarquardtOptions& options = problem.options;
-    shared::DescentData data{};
-    put(data.voxel_from_ct, Eigen::Matrix3d(grid.spacing_mm.cwiseInverse().asDiagonal() * grid.direction.transpose()));
-    put(data.origin_ct, grid.origin_mm);
     put(data.first_voxel, Eigen::Vector3d(box.first.cast<double>()));
     put(data.size_voxels, Eigen::Vector3d(box.size.cast<double>()));
-    put(data.centre_ct, problem.centre_ct_mm);
-    data.radius = problem.radius_mm;
-    data.max_step = options.max_step;
-    data.step_tolerance = options.step_tolerance;
-    data.decrease_tolerance = options.decrease_tolerance;
-    data.longest_of_plain = Rule::longest_of_plain;
-    data.damping_down = Rule::damping_down;
-    data.damping_up = Rule::damping_up;
-    data.least_damping_up = Rule::least_damping_up;
-    data.least_damping = Rule::least_damping;
-    data.largest_damping = Rule::largest_damping;
-    data.least_of_diagonal = Rule::least_of_diagonal;
-    data.constant_share = kConstantShare;
-    data.axis_bias = 2 * kAxisBias;
-    data.farthest_source = kFarthestSource_voxels;
     data.searches = static_cast<GLuint>(now_.size());
     data.views = static_cast<GLuint>(views_);
     data.channels = static_cast<GLuint>(pipeline_.channels_);
-    data.max_iterations = static_cast<GLuint>(options.max_iterations);
-    data.learns = options.learns ? 1 : 0;
     data.layouts = layouts();
     data.chunk_frames = static_cast<GLuint>(chunk_frames_);
     data.chunks = static_cast<GLuint>(chunks_);
