@@ -2,13 +2,13 @@
 
 #include "apps/batch/report.h"
 #include "apps/report_page/report_page.h"
-#include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/flags.h"
 #include "apps/shared/help.h"
 #include "apps/shared/lines.h"
 #include "apps/shared/outputs.h"
 #include "apps/shared/progress_bar.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 

@@ -14,9 +14,9 @@
 #include <sstream>
 #include <thread>
 
-#include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/json_text.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/base/plain_text.h"
 #include "core/io/files/temporary_file.h"

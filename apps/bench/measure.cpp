@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/simulated_views.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "raylign/simulate.h"

@@ -1,12 +1,12 @@
 #include "apps/register/inputs.h"
 
 #include "apps/shared/append.h"
-#include "apps/shared/clock.h"
 #include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
 #include "apps/shared/saturation.h"
+#include "core/base/clock.h"
 #include "core/io/poses/spatial_registration.h"
 #include "raylign/io/pose.h"
 #include "raylign/io/views.h"

@@ -1,7 +1,7 @@
 #include "apps/shared/manifest.h"
 
-#include "apps/shared/clock.h"
 #include "apps/shared/machine.h"
+#include "core/base/clock.h"
 #include "core/io/files/output.h"
 
 namespace raylign::detail::apps {

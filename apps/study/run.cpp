@@ -4,10 +4,10 @@
 #include <deque>
 #include <sstream>
 
-#include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/lines.h"
 #include "apps/shared/progress_bar.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::apps {

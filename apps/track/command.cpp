@@ -3,7 +3,6 @@
 #include <iostream>
 
 #include "apps/shared/append.h"
-#include "apps/shared/clock.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/help.h"
 #include "apps/shared/interrupt.h"
@@ -16,6 +15,7 @@
 #include "apps/track/report.h"
 #include "apps/track/smooth.h"
 #include "apps/track/viewer.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/base/linear_algebra.h"
 #include "core/base/number_text.h"

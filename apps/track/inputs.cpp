@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "apps/shared/append.h"
-#include "apps/shared/clock.h"
 #include "apps/shared/first_guess.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/object_volume.h"
 #include "apps/shared/parse.h"
 #include "apps/shared/saturation.h"
+#include "core/base/clock.h"
 #include "core/image/region.h"
 #include "core/io/files/json_node.h"
 #include "core/io/poses/autoscoper_trial.h"

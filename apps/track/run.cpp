@@ -7,11 +7,11 @@
 #include <system_error>
 
 #include "apps/shared/append.h"
-#include "apps/shared/clock.h"
 #include "apps/shared/interrupt.h"
 #include "apps/shared/lines.h"
 #include "apps/shared/saturation.h"
 #include "apps/track/chain.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/io/files/output.h"
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "backends/cpu/clock.h"
 #include "backends/cpu/cpu_session.h"
+#include "core/base/clock.h"
 
 namespace raylign::detail::cpu {
 

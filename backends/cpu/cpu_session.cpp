@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "backends/cpu/clock.h"
+#include "core/base/clock.h"
 #include "core/geometry/dominant_axis.h"
 #include "core/image/gradient_filter.h"
 

@@ -1,12 +1,12 @@
 #include "backends/gl/descents.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <cstring>
 #include <utility>
 
 #include "backends/gl/descent_data.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 
 namespace raylign::detail::gl {
@@ -251,13 +251,12 @@ struct Owned {
 
 std::vector<DescentEnd> run_on_device(Context& context, Pipeline& pipeline, const DescentInputs& inputs,
                                       double& seconds) {
-    using Clock = std::chrono::steady_clock;
     Owned owned{context};
     const auto on_device = [&](const auto& work) {
         const auto start = Clock::now();
         const Current current(context);
         work();
-        seconds += std::chrono::duration<double>(Clock::now() - start).count();
+        seconds += seconds_since(start);
     };
     on_device([&] { owned.searches.emplace(pipeline, inputs); });
     Descents& searches = *owned.searches;

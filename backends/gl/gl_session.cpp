@@ -1,21 +1,18 @@
 #include "backends/gl/gl_session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <type_traits>
 #include <utility>
 
 #include "backends/gl/descents.h"
 #include "backends/gl/host_threads.h"
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 
 namespace raylign::detail::gl {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// The paper's pipeline is kept as it was.
 template <class AnyPipeline>

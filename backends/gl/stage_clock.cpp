@@ -8,7 +8,7 @@ void StageClock::begin() {
         return mark();
     }
     context_.wait("starting the clock");
-    last_ = std::chrono::steady_clock::now();
+    last_ = Clock::now();
 }
 
 void StageClock::end(Stage stage) {
@@ -17,7 +17,7 @@ void StageClock::end(Stage stage) {
         return mark();
     }
     context_.wait("a stage");
-    const auto now = std::chrono::steady_clock::now();
+    const Clock::time_point now = Clock::now();
     seconds_[static_cast<std::size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
     last_ = now;
 }

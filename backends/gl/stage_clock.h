@@ -1,10 +1,10 @@
 #pragma once
 
 #include <array>
-#include <chrono>
 #include <vector>
 
 #include "backends/gl/context.h"
+#include "core/base/clock.h"
 
 namespace raylign::detail::gl {
 
@@ -30,7 +30,7 @@ private:
     std::vector<Query> queries_;
     std::vector<Stage> stages_;  ///< of queries_[i + 1]; Stage::count = a begin()
     StageSeconds seconds_{};
-    std::chrono::steady_clock::time_point last_;
+    Clock::time_point last_;
 };
 
 }  // namespace raylign::detail::gl

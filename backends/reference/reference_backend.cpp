@@ -1,19 +1,15 @@
 #include "backends/reference/reference_backend.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
+#include "core/base/clock.h"
 #include "core/geometry/dominant_axis.h"
 #include "core/surface/surface_drr.h"
 
 namespace raylign::detail {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Voxel value, zero outside the lattice.
 double value_at(const Volume& volume, const Eigen::Vector3i& voxel) {
@@ -147,10 +143,10 @@ protected:
     void accumulate(std::span<const RayFrame> frames, std::span<MomentSums> sums) override {
         for (std::size_t i = 0; i < frames.size(); ++i) {
             const Image drr = render_frame(frames[i]);
-            auto start = std::chrono::steady_clock::now();
+            auto start = Clock::now();
             const std::vector<Image> moving = detail::moving_channels(drr, similarity_);
             timing_.gradient_s += seconds_since(start);
-            start = std::chrono::steady_clock::now();
+            start = Clock::now();
             const FixedChannels& fixed_view = fixed()[frames[i].view];
             for (std::size_t c = 0; c < moving.size(); ++c) {
                 sums[i * moving.size() + c] =
@@ -180,7 +176,7 @@ protected:
     }
 
     Image render_frame(const RayFrame& frame) override {
-        const auto start = std::chrono::steady_clock::now();
+        const auto start = Clock::now();
         Image drr(sizes_px_[frame.view].x(), sizes_px_[frame.view].y());
         if (surface()) {
             drr = std::move(drawn(*surface(), frame, nullptr, sizes_px_[frame.view]).front());

@@ -1,9 +1,9 @@
 #include "raylign/tracking.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/number_text.h"
@@ -299,7 +299,7 @@ RigidTransform Tracker::predicted(int frame) const { return state_->predicted(fr
 
 TrackFrame Tracker::State::find(int frame, FrameViews& views, const RunControl& control) {
     check_number(frame);
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     TrackFrame found{.frame = frame, .predicted_world_from_ct = predicted(frame)};
     std::optional<Attempt> quick;
     if (may_go_quickly(frame)) quick = quick_attempt(found, views.coarser(quick_.coarser_by()), control);
@@ -320,7 +320,7 @@ TrackFrame Tracker::State::find(int frame, FrameViews& views, const RunControl& 
     } else {
         remember(found);
     }
-    found.time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    found.time_s = seconds_since(begin);
     return found;
 }
 

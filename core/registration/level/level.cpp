@@ -34,7 +34,7 @@ double level_work(const LevelPlan& plan) {
 
 Level::Level(Run& run, const LevelPlan& plan, Content content, const std::optional<Focus>& focus)
     : run_(run), plan_(plan), index_(static_cast<int>(run.result.levels.size())) {
-    const auto begin = LevelClock::Clock::now();
+    const auto begin = Clock::now();
     make_views(focus);
     is_continued_ = content == Content::whole && !run.shows_the_cut.value_or(true) && may_continue();
     session_ = make_session();

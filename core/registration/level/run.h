@@ -1,10 +1,10 @@
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/clock.h"
 #include "core/registration/object/resident_volume.h"
 #include "raylign/registration.h"
 
@@ -19,7 +19,6 @@ struct RunStopped {
 /// levels' times add up.
 class LevelClock {
 public:
-    using Clock = std::chrono::steady_clock;
     void open(int level, Clock::time_point since);
     /// Seconds that counted for this level.
     double close(int level);
@@ -42,8 +41,6 @@ struct Magnification {
 
 /// What all parts of one registration share.
 struct Run {
-    using Clock = LevelClock::Clock;
-
     ResidentVolume& resident;
     std::span<const View> views;
     const RegistrationOptions& options;
@@ -71,7 +68,7 @@ struct Run {
 
     [[nodiscard]] const Volume& volume() const { return resident.volume(); }
     [[nodiscard]] bool has_derivatives() const { return resident.backend().info().has_derivatives; }
-    [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+    [[nodiscard]] double elapsed_s() const { return seconds_since(begin); }
 };
 
 /// sum += more.

@@ -1,10 +1,10 @@
 #include "core/registration/scene/scene.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
 
+#include "core/base/clock.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/registration/object/overlap.h"
@@ -18,10 +18,6 @@ namespace raylign::detail {
 namespace {
 
 constexpr int kRounds = 2;  // of judging and moving together again
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 void check_scene_options(std::span<const SceneObject> objects, const RegistrationOptions& options,
                          const Backend& backend) {
@@ -127,7 +123,7 @@ SceneResult register_scene(std::span<const SceneObject> objects, std::span<const
 SceneResult register_resident_scene(std::span<const SceneObject> objects, std::span<ResidentVolume* const> volumes,
                                     std::span<const View> views, const RegistrationOptions& options,
                                     const RunControl& control, std::span<const JointLimit> limits) {
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     check_scene_options(objects, options, volumes.front()->backend());
     check_limits(objects, limits);
     check_views(views);

@@ -197,9 +197,7 @@ void descend_together(SceneDescent& scene) {
     finish_on(scene, plans.back());
 }
 
-double elapsed_s(const SceneDescent& scene) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - scene.begin).count();
-}
+double elapsed_s(const SceneDescent& scene) { return seconds_since(scene.begin); }
 
 void show_scene_progress(const SceneDescent& scene, double fraction) {
     if (!scene.control.on_progress) return;

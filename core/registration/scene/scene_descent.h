@@ -1,11 +1,11 @@
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/base/clock.h"
 #include "core/registration/object/resident_volume.h"
 #include "core/registration/scene/joints.h"
 #include "core/registration/scene/remainder.h"
@@ -31,7 +31,7 @@ struct SceneDescent {
     double cost_initial = 0, cost_final = 0;  ///< on the finest level
     int iterations = 0;
     std::optional<std::string> stopped_by;  ///< why it ended early
-    std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+    Clock::time_point begin = Clock::now();
 };
 
 /// Moves all objects together, coarse to fine.
