@@ -37,6 +37,7 @@ public:
 
     [[nodiscard]] std::size_t volume_bytes() const { return volume_->bytes(); }
     [[nodiscard]] std::string volume_text() const { return volume_->text(); }
+    [[nodiscard]] const Eigen::Vector2i& size_px(std::size_t view) const { return sizes_px_[view]; }
     [[nodiscard]] StageSeconds collect_times() { return clock_.collect(); }
     /// Read back so far.
     [[nodiscard]] std::size_t bytes_to_host() const { return bytes_to_host_; }

@@ -33,7 +33,6 @@ PipelineSession<AnyPipeline>::PipelineSession(std::shared_ptr<Context> context, 
                                               const typename AnyPipeline::Options& options, int threads)
     : Session(scene), context_(std::move(context)), options_(options), threads_(threads) {
     check_ceilings<AnyPipeline>(scene.views);
-    for (const View& view : scene.views) sizes_px_.push_back(view.geometry.camera.size_px);
     const Volume none{{.size = {1, 1, 1}}, {1}};  // of a surface no voxel goes to the device
     const Scene sent{draws_surface() ? none : scene.volume, scene.views, scene.render, scene.similarity};
     const auto on_host = [this](std::size_t count, const std::function<void(std::size_t)>& turn) {
@@ -52,7 +51,6 @@ PipelineSession<AnyPipeline>::PipelineSession(const PipelineSession& resident, s
       options_(resident.options_),
       threads_(resident.threads_) {
     check_ceilings<AnyPipeline>(views);
-    for (const View& view : views) sizes_px_.push_back(view.geometry.camera.size_px);
     prepare([&] { return DeviceScene(*resident.pipeline_, views, similarity, fixed()); });
 }
 
@@ -90,7 +88,7 @@ std::string PipelineSession<AnyPipeline>::volume_layout() const {
 template <class AnyPipeline>
 void PipelineSession<AnyPipeline>::draw_surface(const RayFrame& frame, const RayFrameDerivatives* derivatives,
                                                 const DrrTarget& target) {
-    const SurfaceProjection seen = surface()->project(frame, sizes_px_[frame.view]);
+    const SurfaceProjection seen = surface()->project(frame, pipeline_->size_px(frame.view));
     for_each_index(seen.bands.size(),
                    [&](std::size_t band) { surface()->draw(seen, frame, derivatives, band, target); });
 }

@@ -59,8 +59,7 @@ private:
     typename AnyPipeline::Options options_;
     int threads_;
     std::unique_ptr<AnyPipeline> pipeline_;
-    std::vector<MomentSums> fixed_sums_;     ///< [view][channel], the moving ones 0
-    std::vector<Eigen::Vector2i> sizes_px_;  ///< of the views
+    std::vector<MomentSums> fixed_sums_;  ///< [view][channel], the moving ones 0
 };
 
 extern template class PipelineSession<Pipeline>;
