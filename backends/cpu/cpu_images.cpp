@@ -48,8 +48,9 @@ DrrWithDerivatives CpuSession::render_frame(const RayFrame& frame, const RayFram
     const ViewPlan& view = views_[frame.view];
     const FrameDerivatives floats = frame_derivatives(derivatives);
     images_.resize(std::max(images_.size(), (1 + kParameters) * image_floats_));
-    if (surface())
+    if (surface()) {
         draw_surface(frame, &derivatives, {images_.data(), view.stride, static_cast<std::ptrdiff_t>(image_floats_)});
+    }
     workers_.run(surface() ? 0 : view.tiles(), [&](std::size_t tile, int thread) {
         cast_tile(frame, &floats, static_cast<int>(tile), images_.data(), view.stride, false, slots_[thread]);
     });

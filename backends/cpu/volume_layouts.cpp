@@ -120,8 +120,9 @@ std::string VolumeLayouts::description() const {
     const auto copies = std::ranges::count_if(copies_, [](const auto& copy) { return copy != nullptr; });
     std::string text = storage_ == kInt16 ? "int16" : "float32";
     text += ", " + std::to_string(copies) + (copies == 1 ? " copy of" : " copies of");
-    for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < 3; ++axis) {
         text += (axis == 0 ? " " : " x ") + std::to_string(map_.end[axis] - map_.begin[axis]);
+    }
     text += " of";
     for (int axis = 0; axis < 3; ++axis) text += (axis == 0 ? " " : " x ") + std::to_string(map_.voxels[axis]);
     return text + " voxels";

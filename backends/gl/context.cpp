@@ -164,8 +164,9 @@ void Context::describe() {
         if (text_of(gl.GetStringi(GL_EXTENSIONS, i)) != "GL_NVX_gpu_memory_info") continue;
         GLint kib = 0;
         gl.GetIntegerv(kVideoMemoryNvx, &kib);
-        if (kib > 0)
-            device_.limits.memory_bytes = static_cast<std::size_t>(kib) * 1024;  // Mesa 25: too many for an int
+        if (kib > 0) {  // Mesa 25: too many for an int
+            device_.limits.memory_bytes = static_cast<std::size_t>(kib) * 1024;
+        }
     }
     if (kDebugOutput) {
         gl.Enable(GL_DEBUG_OUTPUT);
