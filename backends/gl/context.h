@@ -21,6 +21,7 @@ struct Limits {
     int texture_layers = 0;  ///< of a 2-D array
     std::size_t storage_block_bytes = 0;
     int shared_memory_bytes = 0;   ///< of a work group
+    int work_groups_z = 0;         ///< of one dispatch
     std::size_t memory_bytes = 0;  ///< of the device; 0 where the driver does not tell
 };
 

@@ -49,11 +49,12 @@ std::vector<Chunk> Pipeline::chunks_of(const Job& job) const {
 std::size_t Pipeline::most_frames(const Job& job) const {
     std::size_t work = context_.device().software ? kSoftwareWork : kHardwareWork;
     if (options_.work_bytes > 0) work = options_.work_bytes;
-    // Each of the buffers must fit into one block, too.
+    // Each of the buffers must fit into one block, and a frame is a layer of work groups.
     const std::size_t block =
         std::max(sizeof(float) * job.images_per_frame * image_floats_, sizeof(double) * job.sums_per_frame * blocks_);
-    const std::size_t most =
-        std::min(work / bytes_per_frame(job), context_.device().limits.storage_block_bytes / block);
+    const Limits& limits = context_.device().limits;
+    const std::size_t most = std::min({work / bytes_per_frame(job), limits.storage_block_bytes / block,
+                                       static_cast<std::size_t>(limits.work_groups_z)});
     return std::max<std::size_t>(most, 1);
 }
 

@@ -55,6 +55,31 @@ TEST(GlChunks, DoNotChangeABit) {
     }
 }
 
+// 65535 on most devices, which a batch of small images would exceed.
+TEST(GlChunks, HaveNoMoreFramesThanADispatchHasLayers) {
+    RAYLIGN_NEED_GL(api);
+    static GLuint most = 0;
+    static decltype(api.gl.DispatchCompute) real = nullptr;
+    static decltype(api.gl.GetIntegeri_v) real_limit = nullptr;
+    real = api.gl.DispatchCompute;
+    real_limit = api.gl.GetIntegeri_v;
+    const test::SpineScene spine;
+    const auto poses = spine.poses(5);
+    const auto expected = test::costs(*make_gl_backend(api, {})->prepare(spine.scene()), poses);
+    api.gl.DispatchCompute = [](GLuint x, GLuint y, GLuint z) {
+        most = std::max(most, z);
+        real(x, y, z);
+    };
+    api.gl.GetIntegeri_v = [](GLenum name, GLuint index, GLint* value) {
+        name == GL_MAX_COMPUTE_WORK_GROUP_COUNT&& index == 2 ? void(*value = 3) : real_limit(name, index, value);
+    };
+    const auto session = make_gl_backend(api, {})->prepare(spine.scene());
+    (void)test::costs(*session, poses);  // the volume's layouts are made, of more layers
+    most = 0;
+    EXPECT_EQ(test::costs(*session, poses), expected);
+    EXPECT_EQ(most, 3u) << "of ten frames";
+}
+
 TEST(GlChunks, InvocationsThatShareARayFindItsSums) {
     RAYLIGN_NEED_GL(api);
     const test::SpineScene spine;
