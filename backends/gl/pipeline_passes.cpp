@@ -87,7 +87,7 @@ std::span<const double> Pipeline::run(std::span<const RayFrame> frames,
 StageSeconds Pipeline::collect_times() {
     const StageSeconds seconds = DeviceScene::collect_times();
     const double cast_ms = 1e3 * seconds[static_cast<std::size_t>(Stage::drr)];
-    if (cast_ms > 0) context_.observe_samples_per_ms(cast_samples_ / cast_ms);
+    if (cast_ms > 0 && cast_samples_ > 0) context_.observe_samples_per_ms(cast_samples_ / cast_ms);
     cast_samples_ = 0;
     return seconds;
 }
@@ -135,9 +135,14 @@ DrrWithDerivatives Pipeline::render(const RayFrame& frame, const RayFrameDerivat
 }
 
 void Pipeline::run_chunk(const Job& job, const Chunk& chunk) {
-    clock_.begin();
-    drawing_ ? upload_drawn(job, chunk) : cast(job, chunk);
-    clock_.end(Stage::drr);
+    if (drawing_) {
+        upload_drawn(job, chunk);
+        clock_.begin();
+    } else {
+        clock_.begin();
+        cast(job, chunk);
+        clock_.end(Stage::drr);
+    }
     if (job.sums) {
         add_up(job, chunk);
         clock_.end(channels_ == 2 ? Stage::gradient : Stage::reduction);
@@ -163,11 +168,13 @@ void Pipeline::cast(const Job& job, const Chunk& chunk) {
 void Pipeline::upload_drawn(const Job& job, const Chunk& chunk) {
     const std::size_t frame_floats = job.images_per_frame * image_floats_;
     drawn_.resize(std::max(drawn_.size(), chunk.count * frame_floats));
+    const auto start = Clock::now();  // the device's clock does not see what is done before anything is submitted
     for (std::size_t i = 0; i < chunk.count; ++i) {
         const RayFrame& frame = job.frames[chunk.first + i];
         drawing_(frame, job.derivatives ? &job.slopes[chunk.first + i] : nullptr,
                  {&drawn_[i * frame_floats], sizes_px_[frame.view].x(), static_cast<std::ptrdiff_t>(image_floats_)});
     }
+    clock_.add(Stage::drr, seconds_since(start));
     context_.gl().NamedBufferSubData(
         images_.id(), 0, static_cast<GLsizeiptr>(chunk.count * frame_floats * sizeof(float)), drawn_.data());
 }

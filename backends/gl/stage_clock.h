@@ -20,6 +20,8 @@ public:
     void begin();
     /// What was submitted since the last begin() or end() belongs to `stage`.
     void end(Stage stage);
+    /// What the host did for `stage`.
+    void add(Stage stage, double seconds) { seconds_[static_cast<std::size_t>(stage)] += seconds; }
     /// Seconds since the last collect(). The device must be done (Context::wait).
     [[nodiscard]] StageSeconds collect();
 

@@ -5,7 +5,9 @@
 
 #include "backends/gl/chunks.h"
 #include "gl_scenes.h"
+#include "tests/support/as_hardware.h"
 #include "tests/support/image_compare.h"
+#include "tests/support/mesh_shapes.h"
 #include "tests/support/tolerances.h"
 
 namespace raylign::detail::gl {
@@ -117,6 +119,39 @@ TEST(GlRate, IsLearnedFromWhatWasCast) {
     EXPECT_GT(context->samples_per_ms(), learned / 2) << "one slow image is not believed";
     for (int i = 0; i < 100; ++i) context->observe_samples_per_ms(learned / 1000);
     EXPECT_EQ(context->samples_per_ms(), learned / 1000) << "many are";
+}
+
+/// The small scene with a ball of triangles for a volume: the host draws its DRRs.
+test::SpineScene drawn_scene() {
+    test::SpineScene scene;
+    Surface ball = test::ball_mesh<Surface>({0, 0, 0}, 22, 12);
+    ball.attenuation_per_mm.assign(ball.triangles.size(), 0.06F);
+    scene.volume.surface = std::make_shared<const Surface>(std::move(ball));
+    return scene;
+}
+
+TEST(GlRate, IsNotForgottenWhileTheHostDraws) {
+    RAYLIGN_NEED_GL(api);
+    const test::SpineScene scene = drawn_scene();
+    const auto context = open_device(api, {});
+    const double before = context->samples_per_ms();
+    GlSession session(context, scene.scene(), {});
+    (void)test::costs(session, scene.poses(2));
+    EXPECT_EQ(context->samples_per_ms(), before);
+}
+
+// What is drawn before anything is submitted is at no time of the device's.
+TEST(GlTiming, CountsWhatTheHostDraws) {
+    RAYLIGN_NEED_GL(api);
+    api.gl.GetQueryObjectui64v = [](GLuint, GLenum, GLuint64* value) { *value = 7; };
+    const auto context = open_device(test::as_hardware(api), {});
+    ASSERT_FALSE(context->device().software);
+    context->keep_programs_in({});
+    const test::SpineScene scene = drawn_scene();
+    GlSession session(context, scene.scene(), {});
+    (void)test::costs(session, scene.poses(2));
+    EXPECT_GT(session.timing().drr_s, 0);
+    EXPECT_EQ(session.timing().gradient_s, 0) << "the device's, whose clock stands here";
 }
 
 }  // namespace
