@@ -212,7 +212,9 @@ void run(int voxels, int pixels, int pose_count, int rounds, Record& record) {
     const BenchScene scene = make_scene(voxels, pixels);
     const auto poses = poses_all_around(pose_count);
     const TimedSession two(scene, 2), one(scene, 1), trilinear(scene, 2, Projector::trilinear),
-        int16(scene, 2, Projector::joseph, Storage::int16), float32(scene, 2, Projector::joseph, Storage::float32);
+        int16(scene, 2, Projector::joseph, Storage::int16), float32(scene, 2, Projector::joseph, Storage::float32),
+        trilinear16(scene, 2, Projector::trilinear, Storage::int16),
+        trilinear32(scene, 2, Projector::trilinear, Storage::float32);
     const BackendInfo info = create_backend("cpu").backend->info();
     std::printf("%s, %s, spine phantom %d^3, %d^2 pixels, %d poses over all orientations, %d rounds, two threads\n\n",
                 info.device.c_str(), info.instruction_set.c_str(), voxels, pixels, pose_count, rounds);
@@ -234,7 +236,11 @@ void run(int voxels, int pixels, int pose_count, int rounds, Record& record) {
     const Comparison projectors[] = {
         {"DRR trilinear (steps of half a voxel) : joseph", trilinear.drr(), two.drr()},
         {"trilinear, and its six derivative images : DRR", trilinear.derivative_images(), trilinear.drr()},
+    };
+    const Comparison storages[] = {
         {"DRR of int16 voxels : of float32", int16.drr(), float32.drr()},
+        {"linearize of int16 voxels : of float32", int16.linearize(), float32.linearize()},
+        {"DRR trilinear of int16 voxels : of float32", trilinear16.drr(), trilinear32.drr()},
     };
     record.note("spine phantom, poses over all orientations, two threads; " + info.device + ", " +
                 info.instruction_set);
@@ -242,6 +248,7 @@ void run(int voxels, int pixels, int pose_count, int rounds, Record& record) {
     print(threads, poses, rounds, record);
     print(in_turn, {poses.front()}, 2 * rounds + 1, record);
     print(projectors, poses, rounds, record);
+    print(storages, poses, rounds, record);
     print_setup(scene, poses, record);
     print_small_batches(record);
     record.write();

@@ -31,7 +31,8 @@ struct FootprintRows {
 template <>
 struct Footprint<xsimd::avx512bw> {
     using Packet = JosephPacket<xsimd::avx512bw>;
-    static constexpr VoxelStorage storage = kFloat32;
+    /// Twice the voxels in each cache line outweigh their conversion (bench/README.md, Memory).
+    static constexpr VoxelStorage storage = kInt16;
 
     /// Adds the planes of a slab to the packet's sums; false, with nothing done, where the footprint is too large.
     template <class Voxel, Order order>

@@ -39,8 +39,8 @@ struct CpuOptions {
     std::optional<int> threads;  ///< worker threads; default: all cores that this process may use; in [1, 1024]
     /// Default: the environment's RAYLIGN_INSTRUCTION_SET, else the best that the processor has.
     std::optional<InstructionSet> instruction_set;
-    /// Default: float32 where the backend's copies stay within max_volume_bytes, else int16; with AVX2 and NEON always
-    /// int16, which is faster there. int16 is off by max |attenuation| / 65534 at most, per voxel.
+    /// Default: int16, which is faster with AVX-512, AVX2 and NEON; with SSE2 float32 where the backend's copies stay
+    /// within max_volume_bytes. int16 is off by max |attenuation| / 65534 at most, per voxel.
     std::optional<Storage> storage;
     std::size_t max_volume_bytes = std::size_t{2} << 30;  ///< with the caller's volume, 3 of 4 GiB
 };
