@@ -102,12 +102,11 @@ void CpuSession::make_plans(std::span<const View> views, const Similarity& simil
         }
         image_floats_ = std::max(image_floats_, views_.back().image_floats());
         bands_ = std::max(bands_, static_cast<std::size_t>(views_.back().bands()));
-        widest_ = std::max(widest_, views_.back().stride);
     }
     slots_.resize(workers_.threads());
     for (Slot& slot : slots_) {
         slot.cast_scratch = PageBuffer(kernels_.scratch_bytes, "a thread's rays");
-        if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(widest_, radius_), 0.F);
+        if (!fixed().empty()) slot.band_scratch.assign(band_scratch_floats(radius_) + kAlignFloats, 0.F);
     }
 }
 
@@ -164,19 +163,21 @@ void CpuSession::sum_band(const Work& work, std::size_t frame, int band, const f
     BandJob job{};
     job.image = image;
     job.image_distance = static_cast<std::ptrdiff_t>(image_floats_);
-    job.scratch_distance = static_cast<std::ptrdiff_t>(band_scratch_floats(view.stride, radius_));
+    job.scratch_distance = static_cast<std::ptrdiff_t>(band_scratch_floats(radius_));
     job.stride = view.stride;
     job.width = view.size_px.x();
     job.height = view.size_px.y();
-    job.y0 = band * kBandRows;
-    job.y1 = std::min(job.y0 + kBandRows, job.height);
+    job.x0 = band % view.bands_x() * kBandColumns;
+    job.x1 = std::min(job.x0 + kBandColumns, static_cast<int>(view.stride));
+    job.y0 = band / view.bands_x() * view.band_rows();
+    job.y1 = std::min(job.y0 + view.band_rows(), job.height);
     job.channels = channels_;
     job.radius = radius_;
     job.smooth = smooth_.data();
     job.derivative = derivative_.data();
     for (int channel = 0; channel < channels_; ++channel) job.fixed[channel] = view.fixed[channel].data();
     job.weights = view.weights.data();
-    job.scratch = slot.band_scratch.data();
+    job.scratch = on_cache_line(slot.band_scratch.data());
     const std::size_t at = (frame * bands_ + band) * channels_;
     if (work.derivatives.empty()) {
         kernels_.sum_band(job, &partials_[at]);
@@ -195,7 +196,7 @@ void CpuSession::accumulate(std::span<const RayFrame> frames, std::span<const Ra
     std::vector<FrameDerivatives> floats;
     floats.reserve(derivatives.size());
     for (const RayFrameDerivatives& d : derivatives) floats.push_back(frame_derivatives(d));
-    for (Slot& slot : slots_) slot.band_scratch.resize(derivative_scratch_floats(widest_, radius_));
+    for (Slot& slot : slots_) slot.band_scratch.resize(derivative_scratch_floats(radius_) + kAlignFloats);
     accumulate_all<JacobianSums>({frames, floats, derivatives}, sums);
 }
 
@@ -207,7 +208,7 @@ void CpuSession::accumulate_all(const Work& all, std::span<Sums> sums) {
     const bool has_derivatives = !all.derivatives.empty();
     const std::size_t images = all.images_per_frame();
     // Of small images in large batches each thread takes a frame. Else they share its tiles, which balances better.
-    const bool whole = !surface() && image_floats_ <= std::size_t{128} * 128 &&
+    const bool whole = !surface() && image_floats_ < std::size_t{128} * 129 &&
                        frames.size() >= 4 * static_cast<std::size_t>(workers_.threads());
     const std::size_t group =
         whole ? frames.size() : std::max<std::size_t>(1, kImagesInWork / (images * image_floats_));

@@ -12,7 +12,7 @@
 
 namespace raylign::detail::cpu {
 
-/// A scene on the processor. Work is cut into tiles (cast) and bands of rows (filter and sum) whose borders depend on
+/// A scene on the processor. Work is cut into tiles (cast) and bands (filter and sum) whose borders depend on
 /// the image alone, and partial sums are added in order: the result has the same bits at any number of threads.
 class CpuSession final : public Session {
 public:
@@ -91,7 +91,6 @@ private:
     std::vector<BandSums> partials_;  ///< [frame][band][channel]
     std::vector<BandDerivativeSums> derivative_partials_;
     std::size_t image_floats_ = 0, bands_ = 0;  ///< the most that a view has
-    std::ptrdiff_t widest_ = 0;                 ///< stride of a view's rows
 };
 
 }  // namespace raylign::detail::cpu

@@ -92,14 +92,24 @@ ViewPlan make_view_plan(const Eigen::Vector2i& size_px) {
     return plan;
 }
 
-std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius) {
-    return static_cast<std::size_t>(stride + std::ptrdiff_t{2} * radius + 16) +
-           2 * static_cast<std::size_t>(stride | 16) * (kBandRows + 2 * radius);
+int ViewPlan::band_rows() const {
+    const int half = (size_px.y() + 1) / 2;
+    return std::clamp((half + kStretchRows - 1) / kStretchRows * kStretchRows, kStretchRows, kBandRows);
 }
 
-std::size_t derivative_scratch_floats(std::ptrdiff_t stride, int radius) {
+std::size_t band_scratch_floats(int radius) {
+    const std::size_t reach = 2 * static_cast<std::size_t>(radius);
+    return kBandColumns + (reach + 15) / 16 * 16 + std::size_t{2} * kBandColumns * (kStretchRows + reach);
+}
+
+std::size_t derivative_scratch_floats(int radius) {
     constexpr int kGradients = 2 * kGradientFloats;
-    return (1 + kParameters) * (band_scratch_floats(stride, radius) + kGradients);
+    return (1 + kParameters) * (band_scratch_floats(radius) + kGradients);
+}
+
+float* on_cache_line(float* floats) {
+    const std::size_t line = kAlignFloats + 1, at = reinterpret_cast<std::uintptr_t>(floats) / sizeof(float);
+    return floats + (line - at % line) % line;
 }
 
 void plan_channels(ViewPlan& plan, const FixedChannels& fixed) {

@@ -28,15 +28,22 @@ struct ViewPlan {
 
     [[nodiscard]] int tiles_x() const { return (size_px.x() + kTilePx - 1) / kTilePx; }
     [[nodiscard]] int tiles() const { return tiles_x() * ((size_px.y() + kTilePx - 1) / kTilePx); }
-    [[nodiscard]] int bands() const { return (size_px.y() + kBandRows - 1) / kBandRows; }
-    [[nodiscard]] std::size_t image_floats() const { return static_cast<std::size_t>(stride) * size_px.y(); }
+    [[nodiscard]] int bands_x() const { return (size_px.x() + kBandColumns - 1) / kBandColumns; }
+    /// Half of the image's at most, so that threads find enough bands; by the image alone.
+    [[nodiscard]] int band_rows() const;
+    [[nodiscard]] int bands() const { return bands_x() * ((size_px.y() + band_rows() - 1) / band_rows()); }
+    /// From an image to its next derivative: not so that all fall into the same sets of a cache.
+    [[nodiscard]] std::size_t image_floats() const { return static_cast<std::size_t>(stride) * size_px.y() + 80; }
 };
 [[nodiscard]] ViewPlan make_view_plan(const Eigen::Vector2i& size_px);
 
-/// Floats of scratch that a BandJob needs: a padded row, two row-filtered images of the band and its surroundings.
-[[nodiscard]] std::size_t band_scratch_floats(std::ptrdiff_t stride, int radius);
-/// The same with derivatives: for seven images, and the gradients of some columns of each.
-[[nodiscard]] std::size_t derivative_scratch_floats(std::ptrdiff_t stride, int radius);
+/// Floats of scratch that a BandJob needs: a padded row, two row-filtered images of a stretch and its surroundings.
+[[nodiscard]] std::size_t band_scratch_floats(int radius);
+/// The same with derivatives: for seven images, and the gradients of a stretch of each.
+[[nodiscard]] std::size_t derivative_scratch_floats(int radius);
+/// The first of `floats` on a cache line, which leaves out kAlignFloats at most.
+constexpr std::size_t kAlignFloats = 15;
+[[nodiscard]] float* on_cache_line(float* floats);
 
 /// The fixed channels of a view, which never change.
 void plan_channels(ViewPlan& plan, const FixedChannels& fixed);

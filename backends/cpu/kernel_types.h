@@ -13,12 +13,14 @@ constexpr int kSlabPlanes = 16;  ///< planes that all rays of a tile pass before
 constexpr int kPadVoxels = 8;    ///< zeros around all that is stored, so that a footprint next to it reads zeros
 constexpr int kBlockVoxels = 8;  ///< side of a block in a plane; with kSlabPlanes planes it is the unit of empty space
 constexpr int kNeedPx = 4;       ///< side of the square of pixels that is cast or left out as one
-constexpr int kBandRows = 32;    ///< image rows that are filtered and summed at once
-/// Columns that are filtered from the first row of a band to the last before the next ones: the filtered rows that they
-/// need stay in the L1 cache.
+/// Images are filtered and summed in bands of so many columns: what a stretch of rows of them needs stays in the L1
+/// cache.
 constexpr int kBandColumns = 64;
-/// Gradients of so many columns, in one direction; the 80 keep several images from falling into the same sets.
-constexpr int kGradientFloats = kBandColumns * kBandRows + 80;
+constexpr int kStretchRows = 32;  ///< rows of a band that are filtered at once
+/// Rows of a band at most, of large images: only its first stretch filters rows that others filter, too.
+constexpr int kBandRows = 128;
+/// Gradients of a stretch, in one direction; the 80 keep several images from falling into the same sets.
+constexpr int kGradientFloats = kBandColumns * kStretchRows + 80;
 
 /// Index axes (0 = x) of a layout for rays with dominant axis i: planes, rows, columns. Neighbours along a row are
 /// neighbours in memory.
@@ -63,13 +65,13 @@ struct CastJob {
     void* scratch;                        ///< KernelTable::scratch_bytes, 64-byte aligned
 };
 
-/// One band of rows of one image: filter (where channels = 2) and weighted sums.
+/// One band of one image: filter (where channels = 2) and weighted sums.
 struct BandJob {
     const float* image;     ///< rows of `stride` floats; columns from width on are finite
     std::ptrdiff_t stride;  ///< of image, fixed and weights: a multiple of 16, at least width
     int width, height;
-    int y0, y1;
-    int channels;  ///< 1: the image itself; 2: its gradients
+    int x0, y0, x1, y1;  ///< x0 is a multiple of kBandColumns; x1 one of 16, at most kBandColumns more
+    int channels;        ///< 1: the image itself; 2: its gradients
     int radius;
     const float* smooth;      ///< taps 0..radius (symmetric)
     const float* derivative;  ///< taps 0..radius (antisymmetric)
