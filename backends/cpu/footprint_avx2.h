@@ -76,7 +76,6 @@ struct Footprint<Avx2> {
     }
 
 private:
-    static constexpr float kSteps[kSlabPlanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     static constexpr float kPoint = 16777216;  // 2^24
     /// Rows are counted in so many bits, so that the sign tells the upper half of them.
     template <int rows>
@@ -169,6 +168,38 @@ private:
             _mm256_blendv_ps(_mm256_castsi256_ps(below), _mm256_castsi256_ps(above), _mm256_castsi256_ps(sign)));
     }
 
+    /// Sums of slopes over the planes of a slab. What was summed before each plane is summed again: of K planes
+    /// sum_k (K - 1 - k) slope_k, which takes one addition where products with k take a register more.
+    struct Slopes {
+        __m256 row = _mm256_setzero_ps(), odd = row, rows_before = row, odds_before = row;
+        __m256i even = _mm256_setzero_si256(), evens_before = even;
+
+        /// The slope along rows: upwards where `rise` is; along columns: that of the even row, and what the odd one
+        /// adds.
+        void add(__m256 rise, __m256i even_rise, __m256i more, __m256 distance) {
+            rows_before = _mm256_add_ps(rows_before, row);
+            odds_before = _mm256_add_ps(odds_before, odd);
+            evens_before = _mm256_add_epi32(evens_before, even);
+            row = _mm256_add_ps(row, rise);
+            even = _mm256_add_epi32(even, even_rise);
+            odd = _mm256_fmadd_ps(distance, _mm256_cvtepi32_ps(more), odd);
+        }
+        void store(Packet& packet, const SlabPart& part, __m256 unit) const {
+            using Floats = xsimd::batch<float, Avx2>;
+            const auto columns = [](__m256i evens, __m256 odds) {
+                return _mm256_fmadd_ps(_mm256_set1_ps(0x1p-31F), odds, _mm256_cvtepi32_ps(evens));
+            };
+            const __m256 last = _mm256_set1_ps(static_cast<float>(part.end - part.begin - 1));
+            SlopeSums<Floats> sums;
+            sums.row = by_squares(_mm256_mul_ps(unit, row));
+            sums.row_moment = by_squares(_mm256_mul_ps(unit, _mm256_fmsub_ps(last, row, rows_before)));
+            const __m256 column = columns(even, odd);
+            sums.column = by_squares(column);
+            sums.column_moment = by_squares(_mm256_fmsub_ps(last, column, columns(evens_before, odds_before)));
+            sums.store(packet, Floats(static_cast<float>(part.d0)));
+        }
+    };
+
     template <int rows, Order order>
     static void march_rows(const PlaneLayout& layout, Packet& packet, const SlabPart& part, const ReadAhead& ahead) {
         const double row0 = part.row - part.row0, column0 = part.column - part.column0, margin = 1e-3;
@@ -178,15 +209,15 @@ private:
         Line column_base = line(column0 - margin, packet.column_line, part.d0, halves(packet.lines.column));
         const Places places(layout, part, row_base, column_base);
         row = row.with_whole_bits(kRowBits<rows>);
+        row.at = _mm256_or_si256(row.at, _mm256_set1_epi32(1));  // no sample lies on a row: it has a side
         row_base = row_base.with_whole_bits(kRowBits<rows>);
         const __m256i whole_columns = every_four(3, 3, 3, 3, 4), fractions = every_four(1, 2, 1, 2, 4),
                       bytes = every_four(0, 1, 2, 3, 0), complement = _mm256_set1_epi32(0x7FFF),
                       difference = _mm256_set1_epi32(0x0001FFFF);
-        const __m256 sign_bit = _mm256_set1_ps(-0.F);
         const std::ptrdiff_t stride = layout.row_stride;
         const std::int16_t* plane = voxel_at<std::int16_t>(layout, part.begin, part.row0, part.column0);
         __m256 even_sum = _mm256_setzero_ps(), odd_sum = _mm256_setzero_ps();
-        SlopeSums<xsimd::batch<float, Avx2>> slopes;
+        Slopes slopes;
         for (int k = 0; k < part.end - part.begin; ++k, plane += layout.plane_stride) {
             ahead.on_plane(k);
             const __m256i r = _mm256_sub_epi32(row.at, row_base.whole(kRowBits<rows>));
@@ -205,18 +236,15 @@ private:
                 odd = from_row<rows>(4, r, odd, pairs(5));
             }
             // The row modulo 2, in [-1, 1): its size is the distance from the even row, its sign says on which side.
-            const __m256 side = _mm256_cvtepi32_ps(_mm256_slli_epi32(r, kRowBits<rows> - 1));
-            const __m256 from_even = _mm256_andnot_ps(sign_bit, side);
+            const __m256i side = _mm256_slli_epi32(r, kRowBits<rows> - 1);
+            const __m256 distance = _mm256_cvtepi32_ps(side);
             const __m256i e = _mm256_madd_epi16(even, weights), o = _mm256_madd_epi16(odd, weights);
-            const __m256 rise = _mm256_cvtepi32_ps(_mm256_sub_epi32(o, e));
+            const __m256 rise = _mm256_cvtepi32_ps(_mm256_sign_epi32(_mm256_sub_epi32(o, e), side));
             even_sum = _mm256_add_ps(even_sum, _mm256_cvtepi32_ps(e));
-            odd_sum = _mm256_fmadd_ps(from_even, rise, odd_sum);
+            odd_sum = _mm256_fmadd_ps(distance, rise, odd_sum);
             if constexpr (order == Order::derivatives) {
                 const __m256i e_rise = _mm256_madd_epi16(even, difference), o_rise = _mm256_madd_epi16(odd, difference);
-                const __m256 along =
-                    _mm256_fmadd_ps(_mm256_mul_ps(from_even, _mm256_set1_ps(0x1p-31F)),
-                                    _mm256_cvtepi32_ps(_mm256_sub_epi32(o_rise, e_rise)), _mm256_cvtepi32_ps(e_rise));
-                slopes.add(_mm256_xor_ps(rise, _mm256_and_ps(side, sign_bit)), along, _mm256_set1_ps(kSteps[k]));
+                slopes.add(rise, e_rise, _mm256_sign_epi32(_mm256_sub_epi32(o_rise, e_rise), side), distance);
             }
             row.advance();
             column.advance();
@@ -226,13 +254,7 @@ private:
         const __m256 unit = _mm256_set1_ps(1 / 32767.F);
         const __m256 sum = _mm256_mul_ps(unit, _mm256_fmadd_ps(_mm256_set1_ps(0x1p-31F), odd_sum, even_sum));
         _mm256_store_ps(packet.sum, _mm256_add_ps(_mm256_load_ps(packet.sum), by_squares(sum)));
-        if constexpr (order == Order::derivatives) {
-            slopes.row = by_squares(_mm256_mul_ps(unit, slopes.row));
-            slopes.row_moment = by_squares(_mm256_mul_ps(unit, slopes.row_moment));
-            slopes.column = by_squares(slopes.column);
-            slopes.column_moment = by_squares(slopes.column_moment);
-            slopes.store(packet, xsimd::batch<float, Avx2>(static_cast<float>(part.d0)));
-        }
+        if constexpr (order == Order::derivatives) slopes.store(packet, part, unit);
     }
 };
 

@@ -79,33 +79,44 @@ void clear_slopes(Packet& packet) {
 /// s_r + d m_r, m_r = ray_r / ray_a (columns alike), and the length per plane L ~ 1 / |ray_a|; so
 ///   dI = L sum_k [ f_r (ds_r - m_r ds_a + d dm_r) + f_c (...) ] - I dray_a / ray_a,
 ///   dm_r = (dray_r - m_r dray_a) / ray_a.
-/// Derived from core/CONVENTIONS.md section 5; the loops run over lanes so that the compiler makes vectors of them.
+/// Derived from core/CONVENTIONS.md section 5. It is linear in ds and dray: what they are multiplied by is the same for
+/// all parameters.
 template <class Packet>
 void store_derivatives(const CastJob& job, int axis, const Packet& packet) {
-    constexpr int count = Packet::count, width = count >= 8 ? 4 : 2;
+    using Arch = typename Packet::Arch;
+    using Floats = typename Lanes<Arch>::Floats;
+    constexpr int count = Packet::count, width = Lanes<Arch>::width;
     const int row = kAxisOrder[axis][1], column = kAxisOrder[axis][2];
-    const FrameDerivatives& d = *job.derivatives;
-    float u[count], v[count], per_ray[count], scale[count], image[count];
+    const auto number = [](double value) { return Floats(static_cast<float>(value)); };
+    alignas(64) float pixels[2][count], image[count];
     for (int i = 0; i < count; ++i) {
-        const int x = packet.x + i % width, y = packet.y + i / width;
-        u[i] = static_cast<float>(x);
-        v[i] = static_cast<float>(y);
-        per_ray[i] = 1 / (static_cast<float>(job.direction[axis]) + u[i] * static_cast<float>(job.step_u[axis]) +
-                          v[i] * static_cast<float>(job.step_v[axis]));
-        scale[i] = packet.mm_per_plane[i] * job.layouts[axis].unit_per_mm;
+        pixels[0][i] = static_cast<float>(packet.x + i % width);
+        pixels[1][i] = static_cast<float>(packet.y + i / width);
     }
+    const Floats u = Floats::load_aligned(pixels[0]), v = Floats::load_aligned(pixels[1]);
+    const Floats ray =
+        fused(v, number(job.step_v[axis]), fused(u, number(job.step_u[axis]), number(job.direction[axis])));
+    const Floats scale = Floats::load_aligned(packet.mm_per_plane) * Floats(job.layouts[axis].unit_per_mm),
+                 per_ray = scale / ray;
+    const Floats m_r = Floats::load_aligned(packet.row_slope), m_c = Floats::load_aligned(packet.column_slope);
+    const auto times = [](const float* sum, const Floats& factor) { return Floats::load_aligned(sum) * factor; };
+    // By ds and by dray, along rows, columns and the axis.
+    Floats source[3], ray_by[3];
+    source[row] = times(packet.row_gradient, scale);
+    source[column] = times(packet.column_gradient, scale);
+    source[axis] = -fused(m_r, source[row], m_c * source[column]);
+    ray_by[row] = times(packet.row_moment, per_ray);
+    ray_by[column] = times(packet.column_moment, per_ray);
+    ray_by[axis] = -fused(m_r, ray_by[row], fused(m_c, ray_by[column], times(packet.sum, per_ray)));
+    const FrameDerivatives& d = *job.derivatives;
     for (int p = 0; p < kParameters; ++p) {
-        const float* ds = d.source[p];
-        for (int i = 0; i < count; ++i) {
-            const float along = d.direction[p][axis] + u[i] * d.step_u[p][axis] + v[i] * d.step_v[p][axis];
-            const float dr = d.direction[p][row] + u[i] * d.step_u[p][row] + v[i] * d.step_v[p][row];
-            const float dc = d.direction[p][column] + u[i] * d.step_u[p][column] + v[i] * d.step_v[p][column];
-            const float mr = packet.row_slope[i], mc = packet.column_slope[i];
-            image[i] = scale[i] * (packet.row_gradient[i] * (ds[row] - mr * ds[axis]) +
-                                   packet.column_gradient[i] * (ds[column] - mc * ds[axis]) +
-                                   per_ray[i] * (packet.row_moment[i] * (dr - mr * along) +
-                                                 packet.column_moment[i] * (dc - mc * along) - packet.sum[i] * along));
+        Floats sum(0.F);
+        for (int i = 0; i < 3; ++i) {
+            const Floats change =
+                fused(v, Floats(d.step_v[p][i]), fused(u, Floats(d.step_u[p][i]), Floats(d.direction[p][i])));
+            sum = fused(source[i], Floats(d.source[p][i]), fused(ray_by[i], change, sum));
         }
+        sum.store_aligned(image);
         store_pixels(packet, image, job.image + (1 + p) * job.image_distance, job.image_stride);
     }
 }

@@ -18,8 +18,9 @@ struct FootprintLines {
 /// The rays of a packet that step along one axis, as lines over the planes of that axis. At signed distance d (in
 /// planes) from the source, lane i is at row source + d * (row_line + row_offset[i]), and likewise its column. Offsets
 /// are small, so that float holds them to 1e-6 of a voxel wherever the source is; the common line is double.
-template <class Arch>
+template <class Set>
 struct alignas(64) JosephPacket {
+    using Arch = Set;
     static constexpr int count = Lanes<Arch>::count;
     float row_offset[count], row_slope[count], column_offset[count], column_slope[count];  ///< slope = line + offset
     float first_plane[count], last_plane[count];  ///< planes between source and detector, where limited
