@@ -198,10 +198,9 @@ void add_backend_flags(CLI::App& command, BackendFlags& flags) {
         command.add_option("--threads", flags.threads,
                            "Threads of the cpu backend, and of the host beside a gl backend; default 0: all cores"),
         "N", kBackendGroup);
-    describe(command.add_option(
-                 "--storage", flags.storage,
-                 "Voxels of the backend: float32, int16 (half the memory) or auto;\n"
-                 "default auto: int16 on gl and on cpu with AVX-512, AVX2 or NEON, else float32 as long as it fits"),
+    describe(command.add_option("--storage", flags.storage,
+                                "Voxels of the backend: float32, int16 (half the memory) or auto;\n"
+                                "default auto: int16, but float32 on cpu with SSE2 as long as it fits"),
              "NAME", kBackendGroup);
     describe(command.add_option("--interpolation", flags.interpolation,
                                 "On gl: hardware (texture filters), or exact; default hardware"),
