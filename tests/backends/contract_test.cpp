@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -139,6 +140,20 @@ TEST_P(BackendContract, AGridsOriginAndDirectionAreHonoured) {
     }
     volume_ = mirrored;
     EXPECT_TRUE(test::images_near(prepare()->render(truth_, 0), expected, 1e-6));
+}
+
+// It meets that side's plane farther away than an int counts voxels.
+TEST_P(BackendContract, ARayAlmostParallelToASideThatItMissesSeesNothing) {
+    for (const Projector projector : {Projector::joseph, Projector::trilinear}) {
+        const auto session = prepare(projector);
+        for (const double turn_rad : {1e-8, 1e-9, 1e-10, 1e-11, 1e-13, 0.0, -1e-9, -1e-10, -1e-11}) {
+            Twist turn = Twist::Zero();
+            turn[2] = turn_rad;
+            const Image image = session->render(RigidTransform::translate({100, 0, 0}) * exp(turn), 0);
+            EXPECT_EQ(image(16, 16), 0) << "the middle one, 20 mm beside the volume";
+            EXPECT_GT(*std::ranges::max_element(image.pixels), 1) << "others meet it";
+        }
+    }
 }
 
 TEST_P(BackendContract, LookingAwayCostsOne) {

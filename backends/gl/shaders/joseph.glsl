@@ -31,9 +31,10 @@ Planes planes_of(Ray ray, int axis) {
     float first = lowest - p.start, last = highest - p.start;
     clip(p.at.x, p.slope.x, scene.volume_size[others.x], first, last);
     clip(p.at.y, p.slope.y, scene.volume_size[others.y], first, last);
-    // Rounding must not lose a plane: those outside bring nothing.
-    p.first = int(max(lowest, floor(first + p.start)));
-    p.end = max(p.first, int(min(highest, ceil(last + p.start))) + 1);
+    // Rounding must not lose a plane: those outside bring nothing. A ray almost parallel to a side of the volume meets it
+    // where no int reaches.
+    p.first = int(min(max(lowest, floor(first + p.start)), max(lowest, highest + 1)));
+    p.end = max(p.first, int(max(lowest - 1, min(highest, ceil(last + p.start)))) + 1);
     return p;
 }
 
