@@ -154,7 +154,6 @@ void Context::describe() {
     gl.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &device_.limits.texture_3d);
     gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &device_.limits.texture_2d);
     gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &device_.limits.texture_layers);
-    gl.GetIntegerv(GL_MAX_COMPUTE_SHARED_MEMORY_SIZE, &device_.limits.shared_memory_bytes);
     gl.GetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 2, &device_.limits.work_groups_z);
     GLint64 block = 0;
     gl.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);

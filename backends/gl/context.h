@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -20,7 +19,6 @@ struct Limits {
     int texture_2d = 0;      ///< along one side of a 2-D texture
     int texture_layers = 0;  ///< of a 2-D array
     std::size_t storage_block_bytes = 0;
-    int shared_memory_bytes = 0;   ///< of a work group
     int work_groups_z = 0;         ///< of one dispatch
     std::size_t memory_bytes = 0;  ///< of the device; 0 where the driver does not tell
 };
