@@ -112,7 +112,7 @@ struct Band {
             const int kept = last > stretch.first ? last - stretch.first : 0;
             if (kept > 0 && first != stretch.first) {
                 float* const rows = row_filtered(job, stretch, 0, stretch.first);
-                __builtin_memmove(rows, rows + std::ptrdiff_t{2 * kBandColumns} * (stretch.first - first),
+                __builtin_memmove(rows, rows + std::ptrdiff_t{2} * kBandColumns * (stretch.first - first),
                                   sizeof(float) * 2 * kBandColumns * kept);
             }
             for (int y = stretch.first + kept; y < stretch.last; ++y) {
