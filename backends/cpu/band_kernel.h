@@ -185,7 +185,7 @@ struct Band {
                 smooth_of_derivative[b] = Floats(job.smooth[0]) * Floats::load_unaligned(centre + b * kLanes);
                 derivative_of_smooth[b] = Floats(0.F);
             }
-            constexpr std::ptrdiff_t to_smooth = kBandColumns, to_next = 2 * kBandColumns;
+            constexpr std::ptrdiff_t to_smooth = kBandColumns, to_next = 2 * to_smooth;
             for (int k = 1; k <= job.radius; ++k) {
                 const float* before = centre - (y > k ? k : y) * to_next;
                 const float* after = centre + (y + k < job.height ? k : job.height - 1 - y) * to_next;

@@ -90,8 +90,9 @@ void store_derivatives(const CastJob& job, int axis, const Packet& packet) {
     const auto number = [](double value) { return Floats(static_cast<float>(value)); };
     alignas(64) float pixels[2][count], image[count];
     for (int i = 0; i < count; ++i) {
-        pixels[0][i] = static_cast<float>(packet.x + i % width);
-        pixels[1][i] = static_cast<float>(packet.y + i / width);
+        const int x = packet.x + i % width, y = packet.y + i / width;
+        pixels[0][i] = static_cast<float>(x);
+        pixels[1][i] = static_cast<float>(y);
     }
     const Floats u = Floats::load_aligned(pixels[0]), v = Floats::load_aligned(pixels[1]);
     const Floats ray =
