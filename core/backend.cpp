@@ -32,9 +32,6 @@ void check_grid(const VoxelGrid& grid, std::string_view where) {
     }
 }
 
-/// Source and volume at most so far apart: doubles still tell a millionth of a voxel there. From 2^53 steps on,
-/// backends could no longer count samples.
-
 constexpr std::size_t kChunk = 4096;
 
 /// Infinite and NaN have all bits of the exponent set. No branch and no floating point, so that compilers make vectors

@@ -24,7 +24,8 @@ void check_scene(const Scene& scene);
 void check_views(std::span<const View> views);
 void check_render(const RenderSettings& render, const VoxelGrid& grid);
 
-/// Along each axis of the volume; farther away floats say nothing of its rays.
+/// Source and volume at most so far apart along each axis: doubles still tell a millionth of a voxel there. From 2^53
+/// steps on, backends could no longer count samples.
 inline constexpr double kFarthestSource_voxels = 1e9;
 
 /// Throws Error for sizes, spacing, direction or voxels that no backend can work with. `where` names the file.

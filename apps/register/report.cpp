@@ -6,18 +6,6 @@
 namespace raylign::detail::apps {
 namespace {
 
-Json backend(const RegisterRun& run) {
-    return {{"name", run.backend.name},
-            {"device", run.backend.device},
-            {"threads", run.backend.threads},
-            {"instruction_set", run.backend.instruction_set},
-            {"storage", run.backend.storage},
-            {"interpolation", run.backend.interpolation},
-            {"solver", run.backend.solver},
-            {"timing", run.backend.timing},
-            {"passed_over", passed_over_json(run.passed_over)}};
-}
-
 Json times(const RegisterRun& run) {
     const SessionTiming& backend = run.result.timing;
     return {{"total", run.total_s},           {"load", run.inputs.load_s},          {"prepare", backend.prepare_s},
@@ -143,7 +131,7 @@ std::string report_json(const RegisterRun& run) {
                    {"working_directory", std::filesystem::current_path().string()},
                    {"seed", run.options.method.seed},
                    {"inputs", inputs_json(run.inputs.hashes)},
-                   {"backend", backend(run)},
+                   {"backend", backend_json(run.backend, run.passed_over)},
                    {"method", method_name(result.method)},
                    {"method_reason", result.method_reason},
                    {"content", content_name(result.content)},

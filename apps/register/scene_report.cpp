@@ -164,13 +164,6 @@ std::vector<SceneJoint> scene_joints(const SceneRun& run, const CardanSequence& 
 
 std::string scene_json(const SceneRun& run) {
     const SceneResult& result = run.result;
-    Json backend = backend_json(run.backend);
-    backend.erase("summary");
-    backend["storage"] = run.backend.storage;
-    backend["interpolation"] = run.backend.interpolation;
-    backend["solver"] = run.backend.solver;
-    backend["timing"] = run.backend.timing;
-    backend["passed_over"] = passed_over_json(run.passed_over);
     Json objects = Json::array();
     for (std::size_t k = 0; k < run.inputs.objects.size(); ++k) {
         objects.push_back(object_json(run.inputs.objects[k], result.objects[k], run.inputs));
@@ -180,7 +173,7 @@ std::string scene_json(const SceneRun& run) {
                          {"working_directory", std::filesystem::current_path().string()},
                          {"seed", run.options.method.seed},
                          {"inputs", inputs_json(run.inputs.hashes)},
-                         {"backend", backend},
+                         {"backend", backend_json(run.backend, run.passed_over)},
                          {"method", method_name(Method::gauss_newton)},
                          {"metric", run.options.method.metric},
                          {"projector", run.options.backend.projector},

@@ -35,6 +35,17 @@ Json backend_json(const BackendInfo& info) {
             {"instruction_set", info.instruction_set}};
 }
 
+Json backend_json(const BackendInfo& info, const std::vector<BackendStatus>& passed_over) {
+    Json backend = backend_json(info);
+    backend.erase("summary");
+    backend["storage"] = info.storage;
+    backend["interpolation"] = info.interpolation;
+    backend["solver"] = info.solver;
+    backend["timing"] = info.timing;
+    backend["passed_over"] = passed_over_json(passed_over);
+    return backend;
+}
+
 Json passed_over_json(const std::vector<BackendStatus>& others) {
     Json list = Json::array();
     for (const BackendStatus& other : others) list.push_back({{"name", other.name}, {"reason", other.reason}});

@@ -26,6 +26,8 @@ struct InputHashes {
 [[nodiscard]] Json machine_json();                          ///< {host, processor, ...}
 [[nodiscard]] Json inputs_json(const InputHashes& hashes);  ///< [{path, sha256}, ...]
 [[nodiscard]] Json backend_json(const BackendInfo& info);
+/// Of the one that a report is about: what it works with, too, and the better ones that `auto` could not take.
+[[nodiscard]] Json backend_json(const BackendInfo& info, const std::vector<BackendStatus>& passed_over);
 [[nodiscard]] Json passed_over_json(const std::vector<BackendStatus>& others);  ///< [{name, reason}, ...]
 
 }  // namespace raylign::detail::apps

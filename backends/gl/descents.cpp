@@ -12,7 +12,7 @@
 namespace raylign::detail::gl {
 namespace {
 
-/// Of one submitted pass: half a second of the slowest device, as drivers reset those that do not answer for seconds.
+/// Of one submitted pass: 0.4 s at 10^10 samples a second, as drivers reset devices that do not answer for seconds.
 /// Not by the rate that was measured: which way a search goes would depend on it.
 constexpr double kMostSamples = 4e9;
 /// As in advance.comp, where images, fixed pixels and partial sums have no place.
